@@ -1,0 +1,6 @@
+"""Tells catkin where the Python package is; not meant to be run by hand."""
+
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import find_packages, setup
+
+setup(**generate_distutils_setup(packages=find_packages("src", include=["yarm", "yarm.*"]), package_dir={"": "src"}))

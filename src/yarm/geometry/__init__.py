@@ -1,0 +1,45 @@
+"""Grid, poses, masks and column images; NumPy only."""
+
+from yarm.geometry.columns import (
+    ColumnImage,
+    cells_from_columns,
+    columns_from_cells,
+    columns_from_grid,
+    dilated,
+    grid_from_columns,
+    shifted,
+)
+from yarm.geometry.grid import BoolArray, FloatArray, GridError, GridSpec, IntArray
+from yarm.geometry.masks import Mask
+from yarm.geometry.poses import (
+    Pose2,
+    quaternion_from_rpy,
+    rotation_of_quaternion,
+    transform_matrix,
+    transform_points,
+    wrap_angle,
+    yaw_of_quaternion,
+)
+
+__all__ = [
+    "BoolArray",
+    "ColumnImage",
+    "FloatArray",
+    "GridError",
+    "GridSpec",
+    "IntArray",
+    "Mask",
+    "Pose2",
+    "cells_from_columns",
+    "columns_from_cells",
+    "columns_from_grid",
+    "dilated",
+    "grid_from_columns",
+    "quaternion_from_rpy",
+    "rotation_of_quaternion",
+    "shifted",
+    "transform_matrix",
+    "transform_points",
+    "wrap_angle",
+    "yaw_of_quaternion",
+]

@@ -1,0 +1,13 @@
+# Sourced by the Makefile and by people: the environment every command of the project runs in.
+#   source tools/env.sh
+# Debian's python3 and the project's virtual environment come first, whatever else is on PATH; ROS stays on loopback.
+yarm_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+export PATH="$yarm_root/.venv/bin:/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
+unset PYTHONHOME
+export ROS_HOSTNAME=localhost
+export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
+if [ -f "$yarm_root/build/devel/setup.bash" ]; then
+  # shellcheck disable=SC1091
+  source "$yarm_root/build/devel/setup.bash"
+fi
+export YARM_ROOT="$yarm_root"
