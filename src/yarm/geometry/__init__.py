@@ -1,5 +1,6 @@
 """Grid, poses, masks and column images; NumPy only."""
 
+from yarm.geometry.cell_map import CellMap, MappedObject
 from yarm.geometry.columns import (
     ColumnImage,
     cells_from_columns,
@@ -23,11 +24,13 @@ from yarm.geometry.poses import (
 
 __all__ = [
     "BoolArray",
+    "CellMap",
     "ColumnImage",
     "FloatArray",
     "GridError",
     "GridSpec",
     "IntArray",
+    "MappedObject",
     "Mask",
     "Pose2",
     "cells_from_columns",

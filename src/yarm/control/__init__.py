@@ -1,0 +1,1 @@
+"""Motion of one robot: omnidirectional base, sander raster, arm kinematics."""

@@ -1,0 +1,1 @@
+"""Run, record, score and plot experiments."""

@@ -1,0 +1,49 @@
+"""The live occupancy grid as the core sees it: a MapMetaData message without ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Mapping, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from yarm.geometry.grid import GridSpec, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class MappedObject:
+    """One object of the live grid.
+
+    Attributes:
+        name: unique name; "unknown_<n>" for a thing nobody registered.
+        kind: "Mobile", "Manipulator", "Debris", "Target" or "Obstacle".
+        uid: number, unique for the life of the perception process.
+        position_m: seed (a robot's end effector), metres, world.
+        quaternion: seed orientation x, y, z, w.
+        cells: (n, 3) its cells; none for a target.
+    """
+
+    name: str
+    kind: str
+    uid: int
+    position_m: Tuple[float, float, float]
+    quaternion: Tuple[float, float, float, float]
+    cells: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class CellMap:
+    """Occupancy at one capture time.
+
+    Attributes:
+        stamp_s: capture time, s.
+        spec: the grid.
+        grid: (gx, gy, gz) int8: 0 nobody, 1 one object, 2 more than one.
+        objects: by name.
+    """
+
+    stamp_s: float
+    spec: GridSpec
+    grid: npt.NDArray[np.int8]
+    objects: Mapping[str, MappedObject] = field(default_factory=dict)

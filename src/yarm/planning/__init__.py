@@ -1,0 +1,1 @@
+"""Task assignment and planning; NumPy and SciPy only."""

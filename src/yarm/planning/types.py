@@ -1,0 +1,177 @@
+"""What every planner is given and gives back (docs/planning.md).
+
+A motion to a waypoint is: turn about the end effector to the waypoint's yaw, then translate straight to the centre of
+its column. All robots of a fleet move at the same time and are not synchronised on the way, so what a robot sweeps
+from one waypoint to the next is taken as occupied during the whole step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Mapping, Optional, Protocol, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Mask
+
+Column = Tuple[int, int]
+"""A column of cells (x, y) of the grid."""
+
+
+class PlanStatus(Enum):
+    """How planning ended, for one robot or for the fleet (then the worst of them)."""
+
+    SOLVED = "SOLVED"
+    INFEASIBLE = "INFEASIBLE"
+    TIMEOUT = "TIMEOUT"
+    INVALID_START = "INVALID_START"
+    INVALID_GOAL = "INVALID_GOAL"
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A mobile robot as the planner sees it.
+
+    Attributes:
+        name: unique name.
+        column: column of the end effector, in the grid.
+        yaw_rad: heading, rad, world.
+        mask: its cells relative to the end effector's column at this heading; may reach out of the grid.
+        position_m: end effector x, y, metres, world; None for the centre of its column.
+    """
+
+    name: str
+    column: Column
+    yaw_rad: float
+    mask: Mask
+    position_m: Optional[Tuple[float, float]] = None
+
+    @property
+    def cells(self) -> IntArray:
+        """Absolute cells (n, 3) it occupies now, possibly outside the grid."""
+        return self.mask.at(self.column)
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """Somewhere an end effector is wanted.
+
+    Attributes:
+        name: unique name.
+        kind: "Debris", "Target" or "Home".
+        column: column the end effector must reach.
+        cells: (n, 3) cells of the debris in the live grid, cleared while it is somebody's goal; (0, 3) for a target.
+        yaw_rad: heading wanted on arrival, rad; None for any.
+    """
+
+    name: str
+    kind: str
+    column: Column
+    cells: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
+    yaw_rad: Optional[float] = None
+
+
+@dataclass(frozen=True, eq=False)
+class PlanRequest:
+    """One planning step: the world as it is now and who is wanted where.
+
+    Attributes:
+        spec: the grid.
+        grid: (gx, gy, gz) live occupancy, not 0 where occupied, the robots' own cells included.
+        robots: every mobile robot, those without a goal too (they are obstacles that may be asked to step aside).
+        goals: goals by name; those not assigned are plain obstacles.
+        assignments: name of the goal of each robot that has one.
+        objects: cells (n, 3) of everything else by name, for reasons that name it.
+        forbidden: (gx, gy) columns that no cell of an assigned robot may enter (mode BOUNDED); None for none.
+    """
+
+    spec: GridSpec
+    grid: npt.NDArray[np.int8]
+    robots: Tuple[Robot, ...]
+    goals: Mapping[str, Goal]
+    assignments: Mapping[str, str]
+    objects: Mapping[str, IntArray] = field(default_factory=dict)
+    forbidden: Optional[BoolArray] = None
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Where an end effector is sent: the centre of a column, with a heading, rad, world."""
+
+    column: Column
+    yaw_rad: float
+
+
+@dataclass(frozen=True)
+class RobotPlan:
+    """The plan of one robot.
+
+    Attributes:
+        robot: its name.
+        goal: name of its goal; empty for a robot that only steps aside.
+        status: how planning ended for it.
+        reason: what stands in the way, in a sentence a person can act on; empty when SOLVED.
+        path: waypoints from the present pose (first) to the goal (last, when SOLVED).
+        step: waypoint to send now; None when the robot stays where it is.
+        length_cells: length of the path in cells.
+        planning_ms: wall time spent on this robot, ms; for reports only, decides nothing.
+    """
+
+    robot: str
+    goal: str
+    status: PlanStatus
+    reason: str = ""
+    path: Tuple[Waypoint, ...] = ()
+    step: Optional[Waypoint] = None
+    length_cells: float = 0.0
+    planning_ms: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class FleetPlan:
+    """The plan of the fleet: what to send now, and what was thought.
+
+    Attributes:
+        status: the worst status of the robots.
+        reason: the reason of the robot with the worst status.
+        robots: plan by robot name, for every robot that has a goal or is asked to step aside.
+        iterations: rounds of the search.
+        planning_ms: wall time of the whole step, ms.
+        particles: (n, 2) columns of the particles used, for display.
+        edges: (m, 2) pairs of particle indices, for display.
+    """
+
+    status: PlanStatus
+    reason: str
+    robots: Mapping[str, RobotPlan]
+    iterations: int = 0
+    planning_ms: float = 0.0
+    particles: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    edges: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+
+
+class FleetPlanner(Protocol):
+    """A planner that is asked again at every step; it remembers its previous plan until reset."""
+
+    def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
+        """Plan one step for the fleet; never raises for a hard or impossible instance, the status says it."""
+
+    def reset(self) -> None:
+        """Forget the previous plan (new mission, clock gone backwards)."""
+
+
+@dataclass(frozen=True)
+class StepCheck:
+    """Verdict of the independent checker on one step of the fleet.
+
+    Attributes:
+        safe: true when nothing touches.
+        reason: who would touch what, where; empty when safe.
+        cells: (n, 3) cells in dispute.
+    """
+
+    safe: bool
+    reason: str = ""
+    cells: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
