@@ -32,6 +32,7 @@ DIAGNOSTICS = "/diagnostics"
 # Commander and safety.
 COMMANDER_STATE = "commander_state"
 COMMANDER_STATUS = "commander/status"
+PLAN_REPORT = "commander/plan"
 PARTICLES_AND_WAYPOINTS = "particles_and_waypoints"
 MAPS_AND_MASKS = "maps_and_masks"
 SAFETY_STATUS = "safety/status"
