@@ -106,9 +106,7 @@ def _checked(value: Any, default: Any, info: ParamInfo) -> Tuple[Any, str]:
     if info.choices is not None and value not in info.choices:
         return value, f"must be {info.allowed}"
     if kind in (int, float) and not (
-        math.isfinite(value)
-        and (info.low is None or value >= info.low)
-        and (info.high is None or value <= info.high)
+        math.isfinite(value) and (info.low is None or value >= info.low) and (info.high is None or value <= info.high)
     ):
         unit = f" {info.unit}" if info.unit else ""
         return value, f"must be finite and within {info.allowed}{unit}"

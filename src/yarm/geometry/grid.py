@@ -55,7 +55,8 @@ class GridSpec:
     def resolution(self) -> FloatArray:
         """Size of a cell along x, y, z, metres; shape (3,)."""
         extent: FloatArray = np.subtract(self.upper, self.lower)
-        return extent / np.asarray(self.shape, dtype=float)
+        size: FloatArray = extent / np.asarray(self.shape, dtype=float)
+        return size
 
     @property
     def n_cells(self) -> int:

@@ -1,4 +1,7 @@
-"""Poses and rotations. ``T_a_b`` takes points of frame b to frame a; quaternions are (x, y, z, w) (docs/conventions.md)."""
+"""Poses and rotations: ``T_a_b`` takes points of frame b to frame a; quaternions are (x, y, z, w).
+
+See docs/conventions.md.
+"""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import threading
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Dict, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -99,9 +99,7 @@ def _transform(reader: _Reader) -> Tuple[float, ...]:
 class MapSubscriber:
     """Keeps the newest occupancy grid of a topic; it is parsed only when somebody asks. Thread-safe."""
 
-    def __init__(
-        self, on_map: Optional[Callable[[float], None]] = None, topic: str = names.PLANNING_METADATA
-    ) -> None:
+    def __init__(self, on_map: Optional[Callable[[float], None]] = None, topic: str = names.PLANNING_METADATA) -> None:
         """Subscribe.
 
         Args:

@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Configures (once) and builds the package in build/; incremental, quick when nothing changed.
+set -u
+cd "$(dirname "$0")/.." || exit 1
+# shellcheck source=tools/steps.sh
+source tools/steps.sh
+# shellcheck source=tools/env.sh
+source tools/env.sh
+
+python="$PWD/.venv/bin/python3"
+if [ ! -f build/Makefile ] || [ CMakeLists.txt -nt build/Makefile ]; then
+  step configure cmake -S . -B build -DCMAKE_BUILD_TYPE=Release \
+    -DPYTHON_EXECUTABLE="$python" -DPython3_EXECUTABLE="$python" -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
+fi
+step build make -C build -j"$(nproc)" all
+if [ "${1:-}" = tests ]; then
+  step build-tests make -C build -j"$(nproc)" tests
+fi
