@@ -115,6 +115,16 @@ def sander_progress(arm: str) -> str:
     return f"{arm}/raster_progress"
 
 
+def sander_status(arm: str) -> str:
+    """SanderStatus of an arm's sander: state, whether it is paused, why it waits."""
+    return f"{arm}/sander_status"
+
+
+def sander_command_ack(arm: str) -> str:
+    """Lock-step only: StepAck of the controls server with the commands it has sent to an arm's sander so far."""
+    return f"{arm}/command_ack"
+
+
 def base_frame(robot: str) -> str:
     """Frame of a robot's base."""
     return f"{robot}/base_link"
