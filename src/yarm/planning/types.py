@@ -3,6 +3,22 @@
 A motion to a waypoint is: turn about the end effector to the waypoint's yaw, then translate straight to the centre of
 its column. All robots of a fleet move at the same time and are not synchronised on the way, so what a robot sweeps
 from one waypoint to the next is taken as occupied during the whole step.
+
+What makes a step safe (the promise of ``yarm``, and what the checker verifies):
+
+- *Sweep* of a robot: the cells of its mask at the start, at every angle of the turn, and along the translation of the
+  turned mask: every cell that a mask cell, a unit square, overlaps on the straight line between the two column centres
+  (a diagonal move takes both cells beside it). A robot that stays, with a goal or without, sweeps the cells it has.
+- *Robot-less map*: the grid without the cells of all robots of the request and without the cells of assigned goals.
+- A sweep never overlaps an occupied cell of the robot-less map, nor another robot's sweep.
+- Margin: no cell of a sweep is one of the 26 neighbours of an occupied cell, or of a cell of another robot's sweep.
+  The margin counts once between two robots. Cells that are neighbours at the start already (an occupied cell, or a
+  cell another robot stands on, beside the robot's present cells) may stay neighbours during this step, never more.
+- The border of the volume has no margin, but no cell of a sweep may lie outside. A robot that starts partly outside may
+  be outside only within the box around the volume and its present cells, so it can never go further out.
+
+Robots without a goal are not assigned, but the planner may ask them to step aside: then they have a ``RobotPlan`` with
+an empty goal and a step, which is to be sent like any other. Robots absent from ``FleetPlan.robots`` stay.
 """
 
 from __future__ import annotations
@@ -64,6 +80,7 @@ class Goal:
         column: column the end effector must reach.
         cells: (n, 3) cells of the debris in the live grid, cleared while it is somebody's goal; (0, 3) for a target.
         yaw_rad: heading wanted on arrival, rad; None for any.
+        robot: name of the only robot that may serve it; empty for any.
     """
 
     name: str
@@ -71,6 +88,7 @@ class Goal:
     column: Column
     cells: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     yaw_rad: Optional[float] = None
+    robot: str = ""
 
 
 @dataclass(frozen=True, eq=False)
