@@ -1,0 +1,1 @@
+# The perception nodes: nodelets, and the same classes as standalone nodes.
