@@ -1,0 +1,310 @@
+"""Independent proof that one step of the fleet touches nothing; shares no code with any planner.
+
+The planners work on column images and tables; this module works on the motion itself. A robot is a set of solid cells.
+On the way to a waypoint each cell's square first turns about the end effector's true position (dense angles, each
+square tested exactly against the cells it may overlap), then slides to the centre of the waypoint's column (the
+hexagon a sliding square sweeps, tested exactly). Every grid cell whose interior is overlapped is swept, and so is every
+cell the robot occupies at the start.
+
+A step is safe when, for each robot that moves,
+
+* no swept cell, nor any of its 26 neighbours, is occupied in the robot-less map. Perceived cells are noisy: occupied
+  cells that are already within that margin at the start are exempt from the margin, so the robot may move away, but
+  overlapping them is never allowed;
+* no swept cell is outside the grid. A robot that starts partly outside may not reach further out on any side;
+* no swept column is forbidden. A robot that starts in forbidden columns may only end with fewer of them;
+
+and the swept cells of any two robots, of those that stay too, have none in common but what both claim at the start.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, Tuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from yarm.geometry import BoolArray, FloatArray, IntArray
+from yarm.planning.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
+
+PENETRATION_M = 1e-6
+"""Squares that overlap by less, metres, only touch."""
+ARC_CELLS = 0.1
+"""Largest way of a robot's outermost point between two angles that are looked at, cells."""
+HALF_TURN_RAD = math.radians(179.0)
+"""From here on a turn may go either way round, so both are swept."""
+_CODE = np.int64(1) << 20
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """What one robot occupies from the start of a step to its end.
+
+    Attributes:
+        robot: its name.
+        start: (n, 3) cells at the start, possibly outside the grid.
+        cells: (m, 3) every cell touched on the way, the start included.
+        end: (k, 3) cells at the end.
+        moves: false for a robot that stays.
+    """
+
+    robot: str
+    start: IntArray
+    cells: IntArray
+    end: IntArray
+    moves: bool
+
+
+def check_step(request: PlanRequest, plan: FleetPlan) -> StepCheck:
+    """Verdict on the steps of a plan, for the fleet and the map they were made for."""
+    unknown = sorted(set(plan.robots) - {robot.name for robot in request.robots})
+    if unknown:
+        return StepCheck(False, f"the plan moves {', '.join(unknown)}, which the request does not have")
+    sweeps: List[Sweep] = []
+    for robot in request.robots:
+        entry = plan.robots.get(robot.name)
+        step = None if entry is None else entry.step
+        if step is not None and not math.isfinite(step.yaw_rad):
+            return StepCheck(False, f"{robot.name} is sent to a heading of {step.yaw_rad}, which is not finite")
+        sweeps.append(sweep_of(request, robot, step))
+    occupied = robotless_map(request)
+    for verdict in (_check_borders(request, sweeps), _check_map(request, sweeps, occupied), _check_pairs(sweeps)):
+        if not verdict.safe:
+            return verdict
+    return StepCheck(True)
+
+
+def robotless_map(request: PlanRequest) -> BoolArray:
+    """(gx, gy, gz) occupied cells but those of robots and of goals that are assigned."""
+    occupied: BoolArray = np.asarray(request.grid) != 0
+    cleared = [robot.cells for robot in request.robots]
+    cleared += [request.goals[name].cells for name in request.assignments.values() if name in request.goals]
+    for cells in cleared:
+        inside = cells[request.spec.contains(cells)]
+        occupied[tuple(inside.T)] = False
+    return occupied
+
+
+def sweep_of(request: PlanRequest, robot: Robot, step: Waypoint | None) -> Sweep:
+    """Everything a robot touches on its way to a waypoint; None for a robot that stays."""
+    start = np.unique(robot.cells, axis=0)
+    if step is None:
+        return Sweep(robot.name, start, start, start, False)
+    size = np.asarray(request.spec.resolution[:2])
+    lower = np.asarray(request.spec.lower[:2])
+    center = lower + (np.asarray(robot.column) + 0.5) * size
+    pivot = center if robot.position_m is None else np.asarray(robot.position_m, dtype=float)
+    target = lower + (np.asarray(step.column) + 0.5) * size
+    columns, heights = _columns(start)
+    squares = _Squares(lower + (columns + 0.5) * size - pivot, size)
+    angle = math.remainder(step.yaw_rad - robot.yaw_rad, 2.0 * math.pi)
+    touched = [squares.at(lower, pivot, np.zeros(1))]
+    for signed in [angle] if abs(angle) < HALF_TURN_RAD else [angle, angle - math.copysign(2.0 * math.pi, angle)]:
+        touched.append(squares.at(lower, pivot, squares.angles(signed)))
+    touched.append(squares.slid(lower, pivot, target, angle))
+    end = squares.at(lower, target, np.array([angle]))
+    touched.append(end)
+    return Sweep(robot.name, start, _lifted(np.concatenate(touched), heights), _lifted(end, heights), True)
+
+
+def chessboard_clearance(occupied: BoolArray, sweeps: List[Sweep]) -> int:
+    """Least number of free cells between a moving robot's sweep and anything else; -1 when something is overlapped."""
+    least = max(occupied.shape)
+    shape = np.asarray(occupied.shape)
+    distance = ndimage.distance_transform_cdt(~occupied, metric="chessboard") if occupied.any() else None
+    for sweep in sweeps:
+        inside = sweep.cells[np.all((sweep.cells >= 0) & (sweep.cells < shape), axis=1)]
+        if sweep.moves and distance is not None and len(inside):
+            least = min(least, int(distance[tuple(inside.T)].min()) - 1)
+    for i, first in enumerate(sweeps):
+        for second in sweeps[i + 1 :]:
+            if first.moves or second.moves:
+                least = min(least, _gap(first.cells, second.cells) - 1)
+    return least
+
+
+@dataclass(frozen=True, eq=False)
+class _Squares:
+    """Rectangles of one cell's size, centred at (m, 2) metres from the pivot they turn about."""
+
+    centers: FloatArray
+    size: FloatArray
+
+    def angles(self, angle: float) -> FloatArray:
+        """Angles to look at between 0 and the given one, rad."""
+        reach = float(np.linalg.norm(np.abs(self.centers) + self.size / 2.0, axis=1).max())
+        count = math.ceil(abs(angle) * reach / (ARC_CELLS * float(self.size.min())))
+        return np.linspace(0.0, angle, count + 1)
+
+    def at(self, lower: FloatArray, pivot: FloatArray, angles: FloatArray) -> IntArray:
+        """(k, 3) source square and cell x, y of every overlap at any of the angles."""
+        return self._overlaps(lower, np.tile(pivot, (len(angles), 1)), angles, np.zeros(2))
+
+    def slid(self, lower: FloatArray, pivot: FloatArray, target: FloatArray, angle: float) -> IntArray:
+        """The same while the squares, turned by the angle, slide from one pivot to the other."""
+        way = target - pivot
+        count = max(1, math.ceil(float(np.max(np.abs(way) / self.size))))
+        middles = pivot + (np.arange(count)[:, None] + 0.5) / count * way
+        return self._overlaps(lower, middles, np.full(count, angle), way / count / 2.0)
+
+    def _overlaps(self, lower: FloatArray, pivots: FloatArray, angles: FloatArray, half_way: FloatArray) -> IntArray:
+        """Overlaps of the squares at pivots (a, 2), angles (a,), while they slide from ``-half_way`` to ``+half_way``.
+
+        Two convex shapes overlap when their shadows overlap on the normals of all their sides: the grid's axes, the
+        turned square's axes and the normal of the way.
+        """
+        turned_x = np.column_stack([np.cos(angles), np.sin(angles)])[:, None, :]
+        turned_y = np.stack([-turned_x[..., 1], turned_x[..., 0]], axis=-1)
+        centers = pivots[:, None, :] + self.centers[:, :1] * turned_x + self.centers[:, 1:] * turned_y
+        home = np.floor((centers - lower) / self.size).astype(np.int64)
+        reach = np.ceil((np.linalg.norm(self.size) / 2.0 + np.abs(half_way)) / self.size).astype(np.int64)
+        around = np.argwhere(np.ones(2 * reach + 1, dtype=bool)) - reach
+        cells = home[:, :, None, :] + around
+        apart = lower + (cells + 0.5) * self.size - centers[:, :, None, :]
+        axes = [np.array([[[1.0, 0.0]]]), np.array([[[0.0, 1.0]]]), turned_x, turned_y]
+        if np.any(half_way):
+            axes.append(np.array([[[-half_way[1], half_way[0]]]]) / np.linalg.norm(half_way))
+        overlap = np.ones(apart.shape[:3], dtype=bool)
+        half = self.size / 2.0
+        for axis in axes:
+            own = half[0] * np.abs((axis * turned_x).sum(axis=-1)) + half[1] * np.abs((axis * turned_y).sum(axis=-1))
+            reached = own + np.abs(axis @ half_way) + np.abs(axis) @ half - PENETRATION_M
+            shadow = apart[..., 0] * axis[..., :1] + apart[..., 1] * axis[..., 1:]
+            overlap &= np.abs(shadow) < reached[..., None]
+        _, source, _ = np.nonzero(overlap)
+        return _distinct(np.column_stack([source, cells[overlap]]))
+
+
+def _distinct(rows: IntArray) -> IntArray:
+    """Distinct rows (k, 3) of whole numbers, ordered; a table of flags is far quicker than sorting."""
+    lowest = rows.min(axis=0)
+    shape = tuple(int(n) for n in rows.max(axis=0) - lowest + 1)
+    flags = np.zeros(shape, dtype=bool)
+    flags[tuple((rows - lowest).T)] = True
+    result: IntArray = np.argwhere(flags).astype(np.int64) + lowest
+    return result
+
+
+def _columns(cells: IntArray) -> Tuple[IntArray, List[IntArray]]:
+    """Distinct columns (m, 2) of cells (n, 3), and the z of each."""
+    columns, index = np.unique(cells[:, :2], axis=0, return_inverse=True)
+    return columns, [cells[index == i, 2] for i in range(len(columns))]
+
+
+def _lifted(touched: IntArray, heights: List[IntArray]) -> IntArray:
+    """Cells (n, 3) of touched columns (k, 3: source, x, y), each as high as its source."""
+    counts = np.array([len(z) for z in heights])
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    repeat = counts[touched[:, 0]]
+    base = np.repeat(touched, repeat, axis=0)
+    within = np.arange(len(base)) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+    z = np.concatenate(heights)[starts[base[:, 0]] + within]
+    return _distinct(np.column_stack([base[:, 1], base[:, 2], z]))
+
+
+def _check_borders(request: PlanRequest, sweeps: List[Sweep]) -> StepCheck:
+    shape = np.asarray(request.spec.shape[:2])
+    for sweep in sweeps:
+        if not sweep.moves:
+            continue
+        for sign in (-1, 1):
+            edge = np.zeros(2, dtype=np.int64) if sign < 0 else shape - 1
+            allowed = np.maximum(0, (sign * (sweep.start[:, :2] - edge)).max(axis=0))
+            out = np.any(sign * (sweep.cells[:, :2] - edge) > allowed, axis=1)
+            if out.any():
+                return _fault(f"{sweep.robot} would leave the mapped volume", sweep.cells[out])
+        if request.forbidden is not None:
+            verdict = _check_forbidden(request.forbidden, sweep)
+            if not verdict.safe:
+                return verdict
+    return StepCheck(True)
+
+
+def _check_forbidden(forbidden: BoolArray, sweep: Sweep) -> StepCheck:
+    def count(cells: IntArray) -> IntArray:
+        columns = np.unique(cells[:, :2], axis=0)
+        inside = columns[np.all((columns >= 0) & (columns < forbidden.shape), axis=1)]
+        result: IntArray = inside[forbidden[tuple(inside.T)]]
+        return result
+
+    before, during, after = count(sweep.start), count(sweep.cells), count(sweep.end)
+    if len(during) and len(after) >= len(before):
+        cells = np.column_stack([during, np.zeros(len(during), dtype=np.int64)])
+        return _fault(f"{sweep.robot} would enter forbidden columns", cells)
+    return StepCheck(True)
+
+
+def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -> StepCheck:
+    near = _grown(occupied)
+    for sweep in sweeps:
+        if not sweep.moves:
+            continue
+        cells = sweep.cells[request.spec.contains(sweep.cells)]
+        overlapped = cells[occupied[tuple(cells.T)]]
+        if len(overlapped):
+            return _fault(f"{sweep.robot} would touch {_name_at(request, overlapped)}", overlapped)
+        margin = near
+        start = sweep.start[request.spec.contains(sweep.start)]
+        if near[tuple(start.T)].any():
+            own = np.zeros_like(occupied)
+            own[tuple(start.T)] = True
+            margin = _grown(occupied & ~_grown(own))
+        close = cells[margin[tuple(cells.T)]]
+        if len(close):
+            where = np.zeros_like(occupied)
+            where[tuple(close.T)] = True
+            culprit = np.argwhere(occupied & _grown(where))
+            name = _name_at(request, culprit)
+            return _fault(f"{sweep.robot} would come within one cell of {name}", close)
+    return StepCheck(True)
+
+
+def _check_pairs(sweeps: List[Sweep]) -> StepCheck:
+    codes = [_codes(sweep.cells) for sweep in sweeps]
+    for i, first in enumerate(sweeps):
+        for j in range(i + 1, len(sweeps)):
+            second = sweeps[j]
+            if not (first.moves or second.moves):
+                continue
+            common = np.intersect1d(codes[i], codes[j], assume_unique=True)
+            common = np.setdiff1d(common, np.intersect1d(_codes(first.start), _codes(second.start)))
+            if len(common):
+                cells = first.cells[np.isin(codes[i], common)]
+                return _fault(f"{first.robot} and {second.robot} would touch", cells)
+    return StepCheck(True)
+
+
+def _grown(occupied: BoolArray) -> BoolArray:
+    grown: BoolArray = ndimage.binary_dilation(occupied, np.ones((3, 3, 3), dtype=bool))
+    return grown
+
+
+def _codes(cells: IntArray) -> npt.NDArray[np.int64]:
+    """One number for each cell, inside the grid or not."""
+    codes: npt.NDArray[np.int64] = ((cells[:, 0] + _CODE // 2) * _CODE + cells[:, 1] + _CODE // 2) * 256 + cells[:, 2]
+    return codes
+
+
+def _gap(first: IntArray, second: IntArray) -> int:
+    """Least chessboard distance between cells (n, 3) and (m, 3)."""
+    distance, _ = cKDTree(first).query(second, p=math.inf)
+    return int(distance.min())
+
+
+def _name_at(request: PlanRequest, cells: IntArray) -> str:
+    """Name of the object that has one of the cells."""
+    wanted = _codes(cells)
+    everything = {**request.objects, **{name: goal.cells for name, goal in request.goals.items()}}
+    for name, own in everything.items():
+        if np.isin(_codes(np.asarray(own, dtype=np.int64).reshape(-1, 3)), wanted).any():
+            return name
+    return "an unknown object"
+
+
+def _fault(reason: str, cells: IntArray) -> StepCheck:
+    x, y, z = (int(v) for v in cells[0])
+    return StepCheck(False, f"{reason} at cell ({x}, {y}, {z}), {len(cells)} in all", cells.astype(float))
