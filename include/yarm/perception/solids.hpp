@@ -1,0 +1,25 @@
+// Geometry of known solids: distance, nearest surface point, which cells lie inside.
+#pragma once
+
+#include "yarm/perception/types.hpp"
+
+#include <vector>
+
+namespace yarm::perception {
+
+/// Distance of a point to a solid's surface and the way there, in the solid's own frame.
+struct SurfaceDistance {
+  float distance{0};                                       ///< metres, negative inside
+  Eigen::Vector3f normal{Eigen::Vector3f::UnitZ()};        ///< outward unit vector: the point minus distance * normal is on the surface
+};
+
+/// Distance of a point (solid's own frame) to the surface of a solid.
+[[nodiscard]] SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& point);
+
+/// Half extents of the smallest axis-aligned box (solid's own frame) around a solid, metres.
+[[nodiscard]] Eigen::Vector3f halfExtents(Solid::Shape shape, const Eigen::Vector3f& size);
+
+/// Points on the surface of a solid (solid's own frame) no farther apart than about `pitch` metres.
+[[nodiscard]] std::vector<Eigen::Vector3f> sampleSurface(Solid::Shape shape, const Eigen::Vector3f& size, float pitch);
+
+}  // namespace yarm::perception
