@@ -1,0 +1,24 @@
+"""Every rostest of this folder, each in a ROS of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from support.launched import LaunchedTestError, run
+
+FILES = sorted(Path(__file__).parent.glob("*.test"))
+LIMIT_S = 900.0
+
+
+@pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
+def test_rostest(file):
+    run(["rostest", "--text", str(file)], file.stem, LIMIT_S)
+
+
+def test_a_failing_rostest_is_noticed(tmp_path):
+    bad = tmp_path / "bad.test"
+    bad.write_text('<launch><test test-name="bad" pkg="yarm" type="no_such_test.py"/></launch>')
+    with pytest.raises(LaunchedTestError, match="no_such_test"):
+        run(["rostest", "--text", str(bad)], "bad", LIMIT_S)
