@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.launched import LaunchedTestError, run
+from support.launched import LaunchedTestError, rostest_command, run
 
 FILES = sorted(Path(__file__).parent.glob("*.test"))
 LIMIT_S = 900.0
@@ -14,11 +14,11 @@ LIMIT_S = 900.0
 
 @pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
 def test_rostest(file):
-    run(["rostest", "--text", str(file)], file.stem, LIMIT_S)
+    run(rostest_command(file), file.stem, LIMIT_S)
 
 
 def test_a_failing_rostest_is_noticed(tmp_path):
     bad = tmp_path / "bad.test"
     bad.write_text('<launch><test test-name="bad" pkg="yarm" type="no_such_test.py"/></launch>')
     with pytest.raises(LaunchedTestError, match="no_such_test"):
-        run(["rostest", "--text", str(bad)], "bad", LIMIT_S)
+        run(rostest_command(bad), "bad", LIMIT_S)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.launched import run
+from support.launched import rostest_command, run
 
 FILES = sorted(Path(__file__).parent.glob("*.test"))
 LIMIT_S = 1200.0
@@ -14,4 +14,4 @@ LIMIT_S = 1200.0
 
 @pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
 def test_mission(file):
-    run(["rostest", "--text", str(file)], f"mission_{file.stem}", LIMIT_S)
+    run(rostest_command(file), f"mission_{file.stem}", LIMIT_S)
