@@ -1,0 +1,42 @@
+"""The experiments that ship: which scene, how long, and what must come out beyond "everybody arrived"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping
+
+
+@dataclass(frozen=True)
+class Case:
+    """One experiment.
+
+    Attributes:
+        name: its name, also the scene's (``scenes/<name>.yaml``).
+        title: what happens, in one line.
+        limit_s: simulated seconds the mission may take.
+        min_pauses: the manipulator must have paused at least this often.
+        min_replans: a path must have changed under way at least this often.
+    """
+
+    name: str
+    title: str
+    limit_s: float = 180.0
+    min_pauses: int = 0
+    min_replans: int = 0
+
+
+CASES: Mapping[str, Case] = {
+    case.name: case
+    for case in (
+        Case("1m1ma", "one robot, one debris on the part, the HC10 sanding", 180.0, min_pauses=1),
+        Case("2m1ma", "two robots, two debris that slip, the HC10 sanding", 300.0, min_replans=1),
+        Case("3m", "three robots cross, the HC10 tucked away", 240.0),
+        Case("single", "one robot past the table, no HC10", 120.0),
+        Case("1m1ma_target", "one robot to a target past the sanding HC10", 240.0),
+    )
+}
+
+
+def case_of(name: str) -> Case:
+    """The case of that name; for a scene that is nobody's case, one without extra demands."""
+    return CASES.get(name, Case(name, f"scene {name}"))

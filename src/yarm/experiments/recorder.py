@@ -1,0 +1,292 @@
+"""Gathers what happens in one experiment and turns it into a scored record; ROS-free, times are simulated seconds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Dict, Iterable, List, Sequence, Set, Tuple
+
+from yarm.experiments.cases import Case
+from yarm.experiments.record import (
+    ContactTally,
+    GoalRecord,
+    NodeUsage,
+    PathRow,
+    PauseRecord,
+    RobotRecord,
+    RunInfo,
+    RunRecord,
+    TimingRow,
+    WaypointRow,
+)
+from yarm.experiments.scoring import judge
+from yarm.experiments.statistics import percentile
+from yarm.geometry import GridSpec
+
+GOAL_KINDS = ("Debris", "Target")
+Cells = Tuple[Tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class ContactSample:
+    """One contact as the simulator reports it: bodies, their links, penetration in metres, and the simulator's verdict."""
+
+    body_a: str
+    link_a: str
+    body_b: str
+    link_b: str
+    depth_m: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class TaskSample:
+    """One task as the Commander reports it."""
+
+    robot: str
+    goal: str
+    kind: str
+    status: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class PlanSample:
+    """One robot's part of a planning step; milliseconds of wall time, lengths in cells, path as columns."""
+
+    robot: str
+    goal: str
+    status: str
+    planning_ms: float
+    robot_ms: float
+    check_ms: float
+    length_cells: float
+    safe: bool
+    particles: int
+    path: Cells
+
+
+class Recorder:
+    """Takes in events in the order they happen; not thread-safe, the caller holds a lock."""
+
+    def __init__(self, spec: GridSpec, robots: Sequence[str], start_s: float, path_period_s: float = 0.05) -> None:
+        """Begin.
+
+        Args:
+            spec: the grid, for positions in cells.
+            robots: names of the mobile robots.
+            start_s: simulated time the mission begins, s; all recorded times count from there.
+            path_period_s: the least time between two recorded poses of one robot, s.
+        """
+        self._spec = spec
+        self._start_s = start_s
+        self._period_s = path_period_s
+        self._robots = list(robots)
+        self._path: List[PathRow] = []
+        self._last: Dict[str, PathRow] = {}
+        self._length_m: Dict[str, float] = dict.fromkeys(robots, 0.0)
+        self._goal_xy: Dict[str, Tuple[float, float]] = {}
+        self._waypoints: List[WaypointRow] = []
+        self._sent: Dict[str, int] = dict.fromkeys(robots, 0)
+        self._timing: List[TimingRow] = []
+        self._paths: Dict[str, Tuple[str, Cells]] = {}
+        self._replans: Dict[str, int] = {}
+        self._contacts: Dict[Tuple[Tuple[str, str], str], ContactTally] = {}
+        self._clearance: Dict[str, Tuple[float, str]] = {}
+        self._pauses: List[PauseRecord] = []
+        self._goals: Dict[str, GoalRecord] = {}
+        self._given: Dict[str, Set[str]] = {}
+
+    @property
+    def waypoints_sent(self) -> int:
+        """Waypoints sent to all robots so far."""
+        return len(self._waypoints)
+
+    @property
+    def pauses(self) -> Tuple[PauseRecord, ...]:
+        """Pauses so far."""
+        return tuple(self._pauses)
+
+    @property
+    def goals(self) -> Tuple[GoalRecord, ...]:
+        """Goals so far, by name."""
+        return tuple(self._goals[name] for name in sorted(self._goals))
+
+    @property
+    def failures(self) -> int:
+        """Pairs of bodies that touched and may not."""
+        return sum(tally.kind == "failure" for tally in self._contacts.values())
+
+    def pose(self, now_s: float, robot: str, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """End effector of a mobile robot, metres and rad, world."""
+        if robot not in self._sent:
+            self._robots.append(robot)
+            self._sent[robot] = 0
+            self._length_m[robot] = 0.0
+        lower, size = self._spec.lower, self._spec.resolution
+        row = PathRow(
+            self._since(now_s),
+            robot,
+            x_m,
+            y_m,
+            yaw_rad,
+            (x_m - lower[0]) / float(size[0]),
+            (y_m - lower[1]) / float(size[1]),
+        )
+        last = self._last.get(robot)
+        if last is not None:
+            if row.time_s - last.time_s < self._period_s - 1e-6:
+                return
+            self._length_m[robot] += math.hypot(x_m - last.x_m, y_m - last.y_m)
+        self._last[robot] = row
+        self._path.append(row)
+
+    def goal_pose(self, goal: str, x_m: float, y_m: float) -> None:
+        """Where a goal is now, metres, world."""
+        self._goal_xy[goal] = (x_m, y_m)
+
+    def waypoint(self, now_s: float, robot: str, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """A waypoint was sent to a robot; metres and rad, world."""
+        column = self._spec.column_of((x_m, y_m))
+        index = self._sent.get(robot, 0)
+        self._sent[robot] = index + 1
+        goal = self._paths.get(robot, ("", ()))[0]
+        self._waypoints.append(
+            WaypointRow(self._since(now_s), robot, goal, index, column[0], column[1], x_m, y_m, yaw_rad)
+        )
+
+    def plan(self, now_s: float, sample: PlanSample) -> None:
+        """A planning step decided this for one robot."""
+        before = self._paths.get(sample.robot)
+        if before is not None and before[0] == sample.goal and not _continues(before[1], sample.path):
+            self._replans[sample.robot] = self._replans.get(sample.robot, 0) + 1
+        self._paths[sample.robot] = (sample.goal, sample.path)
+        self._timing.append(
+            TimingRow(
+                self._since(now_s),
+                sample.robot,
+                sample.goal,
+                self._sent.get(sample.robot, 0),
+                sample.planning_ms,
+                sample.robot_ms,
+                sample.check_ms,
+                sample.length_cells,
+                sample.status,
+                sample.safe,
+                sample.particles,
+            )
+        )
+
+    def contacts(self, now_s: float, samples: Iterable[ContactSample]) -> None:
+        """The simulator saw these contacts."""
+        for sample in samples:
+            ends = sorted([(sample.body_a, sample.link_a), (sample.body_b, sample.link_b)])
+            pair, links = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
+            kind = self._kind(sample, pair)
+            tally = self._contacts.get((pair, kind))
+            if tally is None:
+                tally = ContactTally(pair, kind, 0, self._since(now_s), links, -math.inf)
+            if sample.depth_m > tally.depth_m:
+                tally = replace(tally, links=links, depth_m=sample.depth_m)
+            self._contacts[(pair, kind)] = replace(tally, messages=tally.messages + 1)
+
+    def clearance(self, robot: str, nearest: str, distance_m: float) -> None:
+        """Least distance of a robot to anything, metres; its own goal does not count."""
+        if nearest in self._given.get(robot, set()) or robot not in self._sent:
+            return
+        if distance_m < self._clearance.get(robot, (math.inf, ""))[0]:
+            self._clearance[robot] = (distance_m, nearest)
+
+    def manipulator(self, now_s: float, name: str, moving: bool) -> None:
+        """A manipulator was told to move, or to pause."""
+        paused = [i for i, p in enumerate(self._pauses) if p.manipulator == name and math.isnan(p.end_s)]
+        if moving and paused:
+            self._pauses[paused[-1]] = replace(self._pauses[paused[-1]], end_s=self._since(now_s))
+        elif not moving and not paused:
+            self._pauses.append(PauseRecord(name, self._since(now_s)))
+
+    def tasks(self, now_s: float, samples: Iterable[TaskSample]) -> None:
+        """The Commander's tasks as they stand."""
+        for sample in samples:
+            if sample.kind not in GOAL_KINDS:
+                continue
+            if sample.robot:
+                self._given.setdefault(sample.robot, set()).add(sample.goal)
+            record = self._goals.get(sample.goal, GoalRecord(sample.goal, sample.kind))
+            if math.isnan(record.declared_s):
+                record = replace(record, robot=sample.robot or record.robot, status=sample.status, reason=sample.reason)
+                if sample.status in ("reached", "backing_out"):
+                    record = replace(
+                        record, declared_s=self._since(now_s), distance_m=self._distance(record.robot, sample.goal)
+                    )
+            self._goals[sample.goal] = record
+
+    def finish(self, info: RunInfo, case: Case, arrival_limit_m: float, usage: Sequence[NodeUsage] = ()) -> RunRecord:
+        """Score everything that was taken in.
+
+        Args:
+            info: what was run and how it ended.
+            case: what must come out.
+            arrival_limit_m: largest horizontal distance of an end effector from a goal it is said to have reached.
+            usage: cost of each node.
+        """
+        goals = tuple(
+            replace(g, reached=g.distance_m <= arrival_limit_m) if math.isfinite(g.declared_s) else g
+            for g in self.goals
+        )
+        contacts = tuple(sorted(self._contacts.values(), key=lambda c: (c.kind != "failure", c.pair, c.kind)))
+        robots = tuple(self._robot(name, goals) for name in sorted(self._robots))
+        faults = judge(info, case, robots, goals, contacts, self.pauses, arrival_limit_m)
+        return RunRecord(
+            info,
+            not faults,
+            faults,
+            robots,
+            goals,
+            contacts,
+            self.pauses,
+            tuple(sorted(usage, key=lambda u: -u.cpu_share)),
+            tuple(self._waypoints),
+            tuple(self._path),
+            tuple(self._timing),
+        )
+
+    def _robot(self, name: str, goals: Sequence[GoalRecord]) -> RobotRecord:
+        mine = sorted((g for g in goals if g.robot == name), key=lambda g: g.declared_s)
+        reached = [g for g in mine if g.reached]
+        planning = [row.planning_ms for row in self._timing if row.robot == name]
+        clearance, nearest = self._clearance.get(name, (math.inf, ""))
+        return RobotRecord(
+            name,
+            tuple(g.name for g in reached),
+            bool(mine) and len(reached) == len(mine),
+            reached[-1].declared_s if reached else math.nan,
+            self._sent.get(name, 0),
+            self._length_m.get(name, 0.0),
+            len(planning),
+            self._replans.get(name, 0),
+            percentile(planning, 50),
+            percentile(planning, 99),
+            clearance,
+            nearest,
+        )
+
+    def _kind(self, sample: ContactSample, pair: Tuple[str, str]) -> str:
+        """The simulator's verdict, made stricter by what it cannot know: whose goal a debris is."""
+        for robot, other in (pair, pair[::-1]):
+            is_goal = other in self._goals or other in self._goal_xy
+            if robot in self._sent and is_goal and other not in self._given.get(robot, set()):
+                return "failure"
+        return sample.kind
+
+    def _distance(self, robot: str, goal: str) -> float:
+        last, xy = self._last.get(robot), self._goal_xy.get(goal)
+        return math.inf if last is None or xy is None else math.hypot(last.x_m - xy[0], last.y_m - xy[1])
+
+    def _since(self, now_s: float) -> float:
+        return now_s - self._start_s
+
+
+def _continues(before: Cells, after: Cells) -> bool:
+    """Whether the new path is what was left of the one before, from any of its waypoints on."""
+    return len(after) < 2 or any(before[i:] == after for i in range(len(before)))

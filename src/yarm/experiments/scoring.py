@@ -1,0 +1,46 @@
+"""The verdict on an experiment. Everything must be right; whatever is wrong is named with its number and its limit."""
+
+from __future__ import annotations
+
+import math
+from typing import List, Sequence, Tuple
+
+from yarm.experiments.cases import Case
+from yarm.experiments.record import ContactTally, GoalRecord, PauseRecord, RobotRecord, RunInfo
+
+
+def judge(
+    info: RunInfo,
+    case: Case,
+    robots: Sequence[RobotRecord],
+    goals: Sequence[GoalRecord],
+    contacts: Sequence[ContactTally],
+    pauses: Sequence[PauseRecord],
+    arrival_limit_m: float,
+) -> Tuple[str, ...]:
+    """Everything that is wrong with a run, one sentence each; empty for a success."""
+    faults: List[str] = []
+    if info.outcome != "succeeded":
+        faults.append(f"the Commander's mission ended {info.outcome or 'never'!r}: {info.reason or 'no reason given'}")
+    if not goals:
+        faults.append("no goal was ever seen by the Commander")
+    for goal in goals:
+        if not math.isfinite(goal.declared_s):
+            faults.append(f"{goal.name} was not reached ({goal.status or 'no status'}): {goal.reason or 'no reason'}")
+        elif not goal.reached:
+            faults.append(
+                f"{goal.name} was declared reached while {goal.robot or 'nobody'} stood {goal.distance_m:.2f} m away "
+                f"(limit {arrival_limit_m:.2f} m)"
+            )
+    for tally in contacts:
+        if tally.kind == "failure":
+            faults.append(
+                f"{tally.pair[0]} ({tally.links[0]}) touched {tally.pair[1]} ({tally.links[1]}) at {tally.first_s:.1f} s, "
+                f"{1000 * tally.depth_m:.1f} mm deep"
+            )
+    if len(pauses) < case.min_pauses:
+        faults.append(f"the manipulator paused {len(pauses)} times, {case.min_pauses} expected")
+    replans = sum(robot.replans for robot in robots)
+    if replans < case.min_replans:
+        faults.append(f"paths changed {replans} times under way, {case.min_replans} expected")
+    return tuple(faults)

@@ -1,0 +1,77 @@
+"""Writes one experiment's results: ``summary.yaml``, ``waypoints.csv``, ``path.csv`` and ``timing.csv``."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any, Dict, Mapping, Sequence, Type
+
+import yaml
+
+from yarm.experiments.record import PathRow, RunRecord, TimingRow, WaypointRow
+
+TABLES = ("waypoints", "path", "timing")
+FILES = ("summary.yaml", *(f"{name}.csv" for name in TABLES))
+
+
+def write_run(record: RunRecord, folder: Path) -> None:
+    """Write all files of a run into a folder, which is made when missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "summary.yaml").write_text(yaml.safe_dump(summary_of(record), sort_keys=False, width=120))
+    write_rows(folder / "waypoints.csv", WaypointRow, record.waypoints)
+    write_rows(folder / "path.csv", PathRow, record.path)
+    write_rows(folder / "timing.csv", TimingRow, record.timing)
+
+
+def write_rows(path: Path, cls: Type[Any], rows: Sequence[Any]) -> None:
+    """Write dataclass instances of one class as CSV; the header stands there even without rows."""
+    names = [f.name for f in dataclasses.fields(cls)]
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(names)
+        writer.writerows([_cell(getattr(row, name)) for name in names] for row in rows)
+
+
+def summary_of(record: RunRecord) -> Dict[str, Any]:
+    """Everything but the tables, as plain values for YAML; what is not a finite number becomes null."""
+    info = _plain(dataclasses.asdict(record.info))
+    head = {
+        "case": info.pop("case"),
+        "seed": info.pop("seed"),
+        "success": record.success,
+        "faults": list(record.faults),
+    }
+    tail = {name: info.pop(name) for name in ("versions", "parameters")}
+    return {
+        **head,
+        **info,
+        "robots": {robot.name: _named(robot) for robot in record.robots},
+        "goals": {goal.name: _named(goal) for goal in record.goals},
+        "contacts": [_plain(dataclasses.asdict(tally)) for tally in record.contacts],
+        "pauses": [_plain(dataclasses.asdict(pause)) for pause in record.pauses],
+        "nodes": [_plain(dataclasses.asdict(usage)) for usage in record.usage],
+        **tail,
+    }
+
+
+def _named(row: Any) -> Dict[str, Any]:
+    values: Dict[str, Any] = _plain(dataclasses.asdict(row))
+    del values["name"]
+    return values
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, (bool, int, str)) or value is None:
+        return value
+    number = float(value)
+    return round(number, 6) if math.isfinite(number) else None
+
+
+def _cell(value: Any) -> Any:
+    return f"{value:.6g}" if isinstance(value, float) else value
