@@ -1,0 +1,303 @@
+"""Every topic, service and action as data: docs/ros_api.md is drawn from it, and a test holds it against a live system.
+
+``{robot}`` stands for each mobile robot, ``{arm}`` for each manipulator, ``{n}`` for the overhead cameras 1 to 4,
+``{caster}`` for fl, fr, rl, rr.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import List, Tuple
+
+from yarm.ros import names
+
+SIM = "simulation"
+MERGE = "merge_clouds"
+ASSOC = "cluster_assoc"
+MAP = "database"
+SEEDS = "seed_tf_publisher"
+COMMANDER = "commander"
+CONTROLS = "multi_robot_controls_server"
+SANDER = "hc10_state_machine"
+SAFETY = "safety_monitor"
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic: who sends what to whom, how often, and how it is kept."""
+
+    name: str
+    type: str
+    sender: str
+    receivers: str
+    rate: str
+    frame: str = ""
+    latched: bool = False
+    queue: int = 1
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Service:
+    """One service or action."""
+
+    name: str
+    type: str
+    server: str
+    meaning: str
+
+
+TOPICS: Tuple[Topic, ...] = (
+    Topic("/clock", "rosgraph_msgs/Clock", SIM, "all", "60 Hz or more", meaning="simulated time"),
+    Topic("/tf", "tf2_msgs/TFMessage", SIM, "all", "60 Hz", "world", meaning="every moving frame, a child of world"),
+    Topic(
+        "/tf_static", "tf2_msgs/TFMessage", SIM, "all", "at start", "world", True, meaning="cameras and fixed bodies"
+    ),
+    Topic(
+        names.camera_points(0).replace("0", "{n}"),
+        "sensor_msgs/PointCloud2",
+        SIM,
+        MERGE,
+        "30 Hz",
+        "mapping_camera_{n}_depth_optical_frame",
+        queue=2,
+        meaning="organised 320 x 320 depth cloud, NaN out of range, stamp = capture time",
+    ),
+    Topic(
+        names.OBJECT_REGISTRY, "yarm/ObjectRegistry", SIM, "all", "on change", "world", True, 1, "who is in the cell"
+    ),
+    Topic(
+        names.joint_states("{robot}"), "sensor_msgs/JointState", SIM, CONTROLS, "60 Hz", meaning="casters and wheels"
+    ),
+    Topic(names.joint_states("{arm}"), "sensor_msgs/JointState", SIM, SANDER, "60 Hz", meaning="the arm's joints"),
+    Topic(
+        names.cmd_vel("{robot}"),
+        "geometry_msgs/Twist",
+        f"{CONTROLS}, {SAFETY}",
+        SIM,
+        "60 Hz while moving",
+        queue=10,
+        meaning="linear.x: drive speed along the wheels' heading, m/s; angular.z: yaw rate about the casters' centre",
+    ),
+    Topic(
+        names.caster_command("{robot}", "{caster}"),
+        "std_msgs/Float64",
+        CONTROLS,
+        SIM,
+        "60 Hz while moving",
+        queue=10,
+        meaning="caster angle, rad",
+    ),
+    Topic(
+        names.caster_state("{robot}", "{caster}"),
+        "yarm/JointControllerState",
+        SIM,
+        CONTROLS,
+        "60 Hz",
+        meaning="set point, measured angle, error and torque of a caster",
+    ),
+    Topic(
+        names.joint_path_command("{arm}"),
+        "trajectory_msgs/JointTrajectory",
+        SANDER,
+        SIM,
+        "on change",
+        queue=10,
+        meaning="joint trajectory to follow from now on",
+    ),
+    Topic(
+        names.wrist_points("{arm}"),
+        "sensor_msgs/PointCloud2",
+        SIM,
+        SANDER,
+        "15 Hz when somebody listens",
+        names.wrist_optical_frame("{arm}"),
+        queue=2,
+        meaning="the part scanner",
+    ),
+    Topic(names.SIM_CONTACTS, "yarm/Contacts", SIM, "experiments", "60 Hz", "world", queue=100, meaning="ground truth"),
+    Topic(
+        names.SIM_CLEARANCE, "yarm/Clearance", SIM, "experiments", "10 Hz", "world", queue=10, meaning="ground truth"
+    ),
+    Topic(names.SIM_STATUS, "yarm/SimStatus", SIM, "experiments", "1 Hz", queue=10, meaning="real-time factor, load"),
+    Topic(
+        names.STEP_ACK,
+        "yarm/StepAck",
+        f"{COMMANDER}, {CONTROLS}, {SANDER}",
+        SIM,
+        "each tick, in lock-step only",
+        queue=100,
+        meaning="a participant is done with a tick",
+    ),
+    Topic(
+        names.SEED_TRANSFORMS,
+        "yarm/TransformStampedVector",
+        SEEDS,
+        f"{ASSOC}, {CONTROLS}, {SAFETY}",
+        "60 Hz",
+        "world",
+        queue=10,
+        meaning="where each registered object is",
+    ),
+    Topic(
+        names.STATIC_ASSOCIATION_SWITCH,
+        "std_msgs/Int8",
+        COMMANDER,
+        ASSOC,
+        "on change",
+        latched=True,
+        meaning="0 calibrating, 1 running",
+    ),
+    Topic(
+        names.VOXELIZED_CLOUD,
+        "sensor_msgs/PointCloud2",
+        MERGE,
+        ASSOC,
+        "30 Hz",
+        "world",
+        meaning="centroid of each occupied voxel; stamp = oldest capture time of the set",
+    ),
+    Topic(names.CLOUD_CLUSTERS, "yarm/CloudVector", ASSOC, "RViz", "30 Hz", "world", meaning="Euclidean clusters"),
+    Topic(
+        names.ASSOCIATED_CLUSTERS,
+        "yarm/AssociatedClusterVector",
+        ASSOC,
+        MAP,
+        "30 Hz",
+        "world",
+        meaning="each object and its points",
+    ),
+    Topic(
+        names.PLANNING_METADATA,
+        "yarm/MapMetaData",
+        MAP,
+        f"{COMMANDER}, {SAFETY}, {SIM} in lock-step",
+        "30 Hz",
+        "world",
+        meaning="the live occupancy grid and who occupies which cell",
+    ),
+    Topic(
+        names.COLLISIONS, "visualization_msgs/Marker", MAP, "RViz", "30 Hz", "world", meaning="cells of value 2, red"
+    ),
+    Topic(
+        names.OCCUPANCY,
+        "visualization_msgs/MarkerArray",
+        MAP,
+        "RViz",
+        "5 Hz",
+        "world",
+        meaning="occupied cells, one colour an object",
+    ),
+    Topic(
+        names.DIAGNOSTICS,
+        "diagnostic_msgs/DiagnosticArray",
+        "perception, safety",
+        "people",
+        "1 Hz",
+        queue=10,
+        meaning="which input is sick, and since when",
+    ),
+    Topic(
+        names.COMMANDER_STATUS,
+        "yarm/CommanderStatus",
+        COMMANDER,
+        f"people, {SIM}, experiments",
+        "on change, and 1 Hz",
+        latched=True,
+        queue=10,
+        meaning="state, tasks, outcome and reason",
+    ),
+    Topic(
+        names.PLAN_REPORT,
+        "yarm/PlanReport",
+        COMMANDER,
+        "experiments",
+        "each planning step",
+        "world",
+        queue=100,
+        meaning="what each planning step decided, and how long it took",
+    ),
+    Topic(
+        names.PARTICLES_AND_WAYPOINTS,
+        "visualization_msgs/MarkerArray",
+        COMMANDER,
+        "RViz",
+        "each planning step",
+        "world",
+        meaning="particles, waypoints, paths driven",
+    ),
+    Topic(
+        names.MAPS_AND_MASKS,
+        "visualization_msgs/MarkerArray",
+        COMMANDER,
+        "RViz",
+        "each planning step",
+        "world",
+        meaning="masks, private area, state as text",
+    ),
+    Topic(
+        names.SAFETY_STATUS,
+        "yarm/SafetyStatus",
+        SAFETY,
+        "people, experiments",
+        "30 Hz",
+        "world",
+        queue=10,
+        meaning="clearance ahead of each robot, and who is held",
+    ),
+    Topic(names.sander_state("{arm}"), "std_msgs/Int8", SANDER, CONTROLS, "on change", latched=True, meaning="0 to 5"),
+    Topic(names.sander_joy("{arm}"), "sensor_msgs/Joy", "people, " + CONTROLS, SANDER, "on press", queue=10),
+    Topic(
+        names.motion_start_stop("{arm}"),
+        "std_msgs/Int8",
+        CONTROLS,
+        SANDER,
+        "on change",
+        queue=10,
+        meaning="1 sand, 0 pause and lift",
+    ),
+    Topic(
+        names.sander_raster("{arm}"),
+        "visualization_msgs/Marker",
+        SANDER,
+        "RViz",
+        "on change",
+        "world",
+        True,
+        meaning="the passes over the part",
+    ),
+    Topic(
+        names.sander_progress("{arm}"),
+        "std_msgs/Float32",
+        SANDER,
+        f"{SIM}, experiments",
+        "10 Hz while sanding",
+        meaning="share of the raster done",
+    ),
+)
+
+SERVICES: Tuple[Service, ...] = (
+    Service(names.COMMANDER_STATE, "yarm/StateChange", COMMANDER, "ask for a change of state (docs/commander.md)"),
+    Service(names.SPAWN_OBSTACLES, "yarm/SpawnObstacles", SIM, "add debris, a target or an obstacle"),
+    Service(names.DELETE_OBSTACLES, "yarm/SpawnObstacles", SIM, "remove one; only the name counts"),
+    Service(names.PREDICT_NEW_STATE, "yarm/PredictNewState", MAP, "would these objects touch if they were there?"),
+)
+
+ACTIONS: Tuple[Service, ...] = (
+    Service(names.move_robot("{robot}"), "yarm/MoveRobot", CONTROLS, "move a mobile robot, or calibrate it"),
+    Service(names.move_robot("{arm}"), "yarm/MoveRobot", CONTROLS, "CALIBRATION, ON, OFF, CLEANUP of an arm"),
+)
+
+
+def markdown() -> List[str]:
+    """The tables of docs/ros_api.md, line by line."""
+    lines = ["## Topics", "", "| topic | type | from | to | rate | frame | latched | queue | meaning |"]
+    lines.append("|---|---|---|---|---|---|---|---|---|")
+    for topic in TOPICS:
+        cells = [f"`{topic.name}`", topic.type, topic.sender, topic.receivers, topic.rate, topic.frame]
+        cells += ["yes" if topic.latched else "", str(topic.queue), topic.meaning]
+        lines.append("| " + " | ".join(cells) + " |")
+    for title, rows in (("Services", SERVICES), ("Actions", ACTIONS)):
+        lines += ["", f"## {title}", "", "| name | type | server | meaning |", "|---|---|---|---|"]
+        lines += [f"| `{row.name}` | {row.type} | {row.server} | {row.meaning} |" for row in rows]
+    return lines

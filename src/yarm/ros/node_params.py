@@ -1,0 +1,11 @@
+"""Parameter class of each Python node, by the node's name: for docs/parameters.md and the comparison with config/."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Type
+
+from yarm.ros.seed_tf_publisher_params import SeedTfPublisherParams
+
+NODE_PARAMS: Dict[str, Type[Any]] = {
+    "seed_tf_publisher": SeedTfPublisherParams,
+}
