@@ -1,0 +1,170 @@
+"""What the Commander is told (events) and what it wants done (actions): plain data, carried by the node.
+
+Times are simulated seconds, lengths metres, angles radians, everything in the world frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Mapping, Optional, Tuple, Union
+
+from yarm.commander.shapes import RobotShape
+from yarm.geometry import CellMap
+from yarm.planning.types import FleetPlan, PlanRequest
+
+
+class Outcome(Enum):
+    """How a goal ended; every terminal GoalStatus has a name here, and only SUCCEEDED is success."""
+
+    SUCCEEDED = "SUCCEEDED"
+    PREEMPTED = "PREEMPTED"
+    ABORTED = "ABORTED"
+    REJECTED = "REJECTED"
+    RECALLED = "RECALLED"
+    LOST = "LOST"
+
+
+@dataclass(frozen=True, eq=False)
+class MapUpdate:
+    """A new occupancy map."""
+
+    map: CellMap
+
+
+@dataclass(frozen=True, eq=False)
+class RegistryUpdate:
+    """Who is in the cell, by name, with its kind ("Mobile", "Manipulator", "Debris", ...), and known robot shapes."""
+
+    kinds: Mapping[str, str]
+    shapes: Mapping[str, RobotShape] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ServerUpdate:
+    """A robot's action server has come (or come back), or gone."""
+
+    robot: str
+    connected: bool
+
+
+@dataclass(frozen=True)
+class GoalDone:
+    """A goal has ended: its serial number as in SendGoal, how, and what the robot said."""
+
+    robot: str
+    serial: int
+    outcome: Outcome
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class SanderState:
+    """State number of a manipulator's sander (4 = at work on the part)."""
+
+    robot: str
+    state: int
+
+
+@dataclass(frozen=True)
+class Hold:
+    """The safety monitor holds a robot, or has released it."""
+
+    robot: str
+    held: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class DeleteDone:
+    """Answer to DeleteObject."""
+
+    name: str
+    success: bool
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class Tick:
+    """Time has passed; sent a few times a second so that silence is noticed."""
+
+
+@dataclass(frozen=True)
+class ClockReset:
+    """Simulated time has gone backwards: the simulator was started again."""
+
+
+Event = Union[MapUpdate, RegistryUpdate, ServerUpdate, GoalDone, SanderState, Hold, DeleteDone, Tick, ClockReset]
+
+
+@dataclass(frozen=True)
+class Target:
+    """Pose of an end effector: x, y, metres; heading, rad."""
+
+    x: float
+    y: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True)
+class SendGoal:
+    """Send a MoveRobot goal; ``target`` is None for goals without a pose."""
+
+    robot: str
+    serial: int
+    action: str
+    target: Optional[Target] = None
+
+
+@dataclass(frozen=True)
+class CancelGoal:
+    """Cancel the goal with this serial number."""
+
+    robot: str
+    serial: int
+
+
+@dataclass(frozen=True)
+class SetAssociation:
+    """Switch perception between calibrating (off) and running (on)."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class DeleteObject:
+    """Delete a debris that was reached."""
+
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class ShowPlan:
+    """A plan was made: for the markers."""
+
+    request: PlanRequest
+    plan: FleetPlan
+
+
+@dataclass(frozen=True)
+class Say:
+    """Something a person should read; level is "info" or "warn"."""
+
+    level: str
+    text: str
+
+
+Action = Union[SendGoal, CancelGoal, SetAssociation, DeleteObject, ShowPlan, Say]
+Actions = Tuple[Action, ...]
+
+
+@dataclass(frozen=True)
+class TaskView:
+    """One task as shown on ``commander/status``; fields as in TaskStatus.msg."""
+
+    robot: str
+    goal: str
+    kind: str
+    status: str
+    reason: str = ""
+    distance_left_m: float = float("nan")

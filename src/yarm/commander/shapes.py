@@ -1,0 +1,93 @@
+"""A mobile robot's known solids, and the cells they fill at a heading: its mask.
+
+The mask comes from the drawing of the robot, not from what the cameras saw of it: noise at its edge would make it
+collide with the part it passes over.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Dict, List, Sequence, Tuple
+
+import numpy as np
+
+from yarm.geometry import FloatArray, GridSpec, Mask, transform_points
+from yarm.planning.shapes import Beam, Disc, solids_mask
+
+YAW_STEP_RAD = math.radians(0.1)
+"""Headings closer than this share a mask."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A primitive with its pose in some frame.
+
+    Attributes:
+        kind: "box", "cylinder" (axis z) or "sphere".
+        size: box x, y, z; cylinder height, radius; sphere radius; metres (the order of SolidPrimitive).
+        pose: (4, 4) solid to frame.
+    """
+
+    kind: str
+    size: Tuple[float, ...]
+    pose: FloatArray
+
+    @property
+    def half_extent(self) -> FloatArray:
+        """Half the size (3,) of its bounding box in its own frame, metres.
+
+        Raises:
+            ValueError: a kind that is not known.
+        """
+        if self.kind == "box":
+            return np.asarray(self.size[:3], dtype=float) / 2.0
+        if self.kind == "cylinder":
+            return np.array([self.size[1], self.size[1], self.size[0] / 2.0])
+        if self.kind == "sphere":
+            return np.full(3, float(self.size[0]))
+        raise ValueError(f"solid {self.kind!r} must be 'box', 'cylinder' or 'sphere'")
+
+
+@dataclass(frozen=True, eq=False)
+class RobotShape:
+    """All solids of a mobile robot, rigid with its end effector.
+
+    Attributes:
+        discs: upright cylinders; x, y from the end effector (x along the arm), z above the floor.
+        beams: upright boxes, likewise.
+    """
+
+    discs: Tuple[Disc, ...]
+    beams: Tuple[Beam, ...]
+    _masks: Dict[Tuple[GridSpec, int], Mask] = field(default_factory=dict, repr=False)
+
+    def mask(self, spec: GridSpec, yaw_rad: float) -> Mask:
+        """Cells the robot fills with its end effector over the centre of a column, heading as given."""
+        key = (spec, round(yaw_rad / YAW_STEP_RAD))
+        if key not in self._masks:
+            self._masks[key] = solids_mask(spec, self.discs, self.beams, key[1] * YAW_STEP_RAD)
+        return Mask(self._masks[key].cells, yaw_rad)
+
+
+def robot_shape(solids: Sequence[Solid], height_m: float) -> RobotShape:
+    """The shape of a robot from its solids.
+
+    Args:
+        solids: with their poses in the end effector's frame (x along the arm, z up).
+        height_m: height of the end effector above the floor, metres.
+    """
+    discs: List[Disc] = []
+    beams: List[Beam] = []
+    for solid in solids:
+        half = solid.half_extent
+        corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * half
+        points = transform_points(solid.pose, corners)
+        low, high = points.min(axis=0), points.max(axis=0)
+        z = (float(low[2]) + height_m, float(high[2]) + height_m)
+        if solid.kind == "sphere" or (solid.kind == "cylinder" and abs(solid.pose[2, 2]) > 1.0 - 1e-6):
+            x, y = (float(v) for v in solid.pose[:2, 3])
+            discs.append(Disc(x, y, float(half[0]), z))
+        else:
+            beams.append(Beam((float(low[0]), float(high[0])), (float(low[1]), float(high[1])), z))
+    return RobotShape(tuple(discs), tuple(beams))

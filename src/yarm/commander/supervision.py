@@ -1,0 +1,124 @@
+"""A manipulator at work is paused while debris or a mobile robot is near its tool, and goes on when the way is clear."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+
+from yarm.commander.goals import Purpose
+from yarm.commander.messages import Action, GoalDone, Outcome, Say
+from yarm.commander.world import World
+from yarm.geometry import GridSpec, IntArray
+
+AT_WORK = 4
+"""State of the sander in which it is supervised."""
+RETRY_S = 0.5
+"""A switch that failed is sent again after this long, s."""
+
+
+@dataclass(frozen=True)
+class Near:
+    """What is nearest to a manipulator's tip: its name, and the horizontal distance, metres (inf for nothing)."""
+
+    name: str
+    distance_m: float
+
+
+@dataclass
+class _Switch:
+    """What was sent to one manipulator: ``wanted`` as sent last, ``applied`` as confirmed, None when unknown."""
+
+    wanted: Optional[bool] = None
+    applied: Optional[bool] = None
+    sent_s: float = -math.inf
+
+
+def distance_to_cells(spec: GridSpec, point: Tuple[float, float], cells: IntArray) -> float:
+    """Horizontal distance from a point, metres, to the nearest of the cells' squares; inf without cells."""
+    if len(cells) == 0:
+        return math.inf
+    size = spec.resolution[:2]
+    columns = np.unique(cells[:, :2], axis=0)
+    centers = np.asarray(spec.lower[:2]) + (columns + 0.5) * size
+    gap = np.maximum(np.abs(centers - np.asarray(point)) - size / 2.0, 0.0)
+    return float(np.hypot(gap[:, 0], gap[:, 1]).min())
+
+
+def nearest(world: World, tip: Tuple[float, float]) -> Near:
+    """The debris or mobile robot nearest to a point, metres, by its known solids or else its cells on the map."""
+    found = Near("", math.inf)
+    if world.map is None:
+        return found
+    candidates: List[Tuple[str, float]] = []
+    for debris in world.of_kind("Debris"):
+        seed = math.hypot(debris.position_m[0] - tip[0], debris.position_m[1] - tip[1])
+        candidates.append((debris.name, min(seed, distance_to_cells(world.map.spec, tip, debris.cells))))
+    for name, robot in sorted(world.robots.items()):
+        candidates.append((name, distance_to_cells(world.map.spec, tip, robot.cells)))
+    for name, distance in candidates:
+        if distance < found.distance_m:
+            found = Near(name, distance)
+    return found
+
+
+class Supervisor:
+    """Sends ON and OFF to every manipulator that is at work, whatever the Commander's state."""
+
+    def __init__(self, world: World) -> None:
+        """Supervise the manipulators of a world."""
+        self._world = world
+        self._switches: Dict[str, _Switch] = {}
+
+    def reset(self) -> None:
+        """Forget what was sent."""
+        self._switches = {}
+
+    def paused(self, manipulator: str) -> bool:
+        """The manipulator has confirmed that it is off."""
+        return self._switches.get(manipulator, _Switch()).applied is False
+
+    def on_map(self, now_s: float) -> List[Action]:
+        """Decide for each manipulator on the newest map."""
+        actions: List[Action] = []
+        for name in self._world.manipulators:
+            if self._world.sander.get(name) != AT_WORK or name not in self._world.answers:
+                self._switches.pop(name, None)
+            else:
+                actions += self._decide(name, now_s)
+        return actions
+
+    def on_done(self, event: GoalDone) -> List[Action]:
+        """A switch goal has ended."""
+        switch = self._switches.get(event.robot)
+        if switch is None:
+            return []
+        if event.outcome is Outcome.SUCCEEDED:
+            switch.applied = switch.wanted
+            return []
+        switch.applied = None
+        return [Say("warn", f"{event.robot} was not switched: {event.outcome.value} {event.message}".rstrip())]
+
+    def _decide(self, name: str, now_s: float) -> List[Action]:
+        world = self._world
+        goal = world.goals.active.get(name)
+        seed = world.map.objects.get(name) if world.map is not None else None
+        if seed is None or not world.connected & {name} or (goal is not None and goal.purpose is not Purpose.SWITCH):
+            return []
+        near = nearest(world, (seed.position_m[0], seed.position_m[1]))
+        switch = self._switches.setdefault(name, _Switch())
+        if near.distance_m < world.params.pause_distance_m:
+            wanted = False
+        elif near.distance_m > world.params.resume_distance_m:
+            wanted = True
+        else:
+            wanted = bool(switch.wanted)
+        settled = switch.applied is wanted or (goal is not None and switch.wanted is wanted)
+        if settled or (switch.wanted is wanted and now_s - switch.sent_s < RETRY_S):
+            return []
+        switch.wanted, switch.sent_s = wanted, now_s
+        what = "nothing near" if not near.name else f"{near.name} at {near.distance_m:.2f} m"
+        text = f"{name} {'ON' if wanted else 'OFF'}: {what}"
+        return [Say("info", text), world.goals.send(name, Purpose.SWITCH, "ON" if wanted else "OFF", now_s)]

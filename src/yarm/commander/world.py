@@ -1,0 +1,213 @@
+"""What the Commander knows of the cell: the newest map, its robots on the grid, servers, holds and goals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Dict, List, Mapping, Optional, Set, Tuple
+
+import numpy as np
+
+from yarm.commander.answers import Answer
+from yarm.commander.goals import GoalBook
+from yarm.commander.messages import Target
+from yarm.commander.params import CommanderParams
+from yarm.commander.shapes import RobotShape
+from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
+from yarm.planning.types import Column, Goal, PlanRequest, Robot, Waypoint
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedRobot:
+    """A mobile robot on the grid.
+
+    Attributes:
+        name: its name.
+        x: end effector, metres, world.
+        y: likewise.
+        yaw_rad: heading measured, rad.
+        column: column it counts as being in (with hysteresis).
+        nominal_yaw_rad: heading it counts as having: the last one commanded while it is near it.
+        mask: its cells.
+    """
+
+    name: str
+    x: float
+    y: float
+    yaw_rad: float
+    column: Column
+    nominal_yaw_rad: float
+    mask: Mask
+
+    @property
+    def cells(self) -> IntArray:
+        """Absolute cells (n, 3), possibly outside the grid."""
+        return self.mask.at(self.column)
+
+    def distance_to(self, spec: GridSpec, column: Column) -> float:
+        """Horizontal distance from the end effector to the centre of a column, metres."""
+        x, y = spec.column_center(column)
+        return math.hypot(x - self.x, y - self.y)
+
+
+class World:
+    """Everything that events bring and work needs; one for each Commander."""
+
+    def __init__(self, params: CommanderParams) -> None:
+        """Nothing known yet."""
+        self.params = params
+        self.goals = GoalBook()
+        self.kinds: Dict[str, str] = {}
+        self.shapes: Dict[str, RobotShape] = {}
+        self.connected: Set[str] = set()
+        self.sander: Dict[str, int] = {}
+        self.holds: Dict[str, str] = {}
+        self.answers: Dict[str, Answer] = {}
+        self.homes: Dict[str, Target] = {}
+        self.map: Optional[CellMap] = None
+        self.robots: Dict[str, TrackedRobot] = {}
+        self.leaving: Set[str] = set()
+        self._goal_columns: Dict[str, Column] = {}
+
+    def forget_poses(self) -> None:
+        """The simulator was started again: nothing seen or learnt before is true any more."""
+        self.map = None
+        self.robots = {}
+        self.answers = {}
+        self.homes = {}
+        self.holds = {}
+        self.leaving = set()
+        self._goal_columns = {}
+
+    @property
+    def mobiles(self) -> List[str]:
+        """Names of the mobile robots, ordered."""
+        return sorted(name for name, kind in self.kinds.items() if kind == "Mobile")
+
+    @property
+    def manipulators(self) -> List[str]:
+        """Names of the manipulators, ordered."""
+        return sorted(name for name, kind in self.kinds.items() if kind == "Manipulator")
+
+    def of_kind(self, kind: str) -> List[MappedObject]:
+        """Objects of a kind on the map, ordered by name."""
+        objects = self.map.objects if self.map is not None else {}
+        return [objects[name] for name in sorted(objects) if objects[name].kind == kind]
+
+    def take_map(self, cell_map: CellMap) -> None:
+        """Track every robot and goal on a new map."""
+        self.map = cell_map
+        self.robots = {found.name: self._track(found, cell_map.spec) for found in self.of_kind("Mobile")}
+        present = set(cell_map.objects)
+        self.leaving &= present
+        columns = {}
+        for thing in self.of_kind("Debris") + self.of_kind("Target"):
+            columns[thing.name] = self._held(cell_map.spec, thing.position_m, self._goal_columns.get(thing.name))
+        self._goal_columns = columns
+
+    def open_goals(self) -> Dict[str, Goal]:
+        """Debris and targets on the map that are not being deleted, by name."""
+        goals = {}
+        for thing in self.of_kind("Debris") + self.of_kind("Target"):
+            if thing.name not in self.leaving:
+                goals[thing.name] = Goal(thing.name, thing.kind, self._goal_columns[thing.name], thing.cells)
+        return goals
+
+    def private_columns(self, margin: int = 0) -> BoolArray:
+        """Columns (gx, gy) of all manipulators' private areas, grown by a margin of columns."""
+        spec = self._spec()
+        columns = np.zeros(spec.shape[:2], dtype=bool)
+        for name, answer in sorted(self.answers.items()):
+            if name in self.kinds:
+                columns |= answer.private_columns(spec)
+        for _ in range(margin):
+            grown = columns.copy()
+            for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                grown |= _moved(columns, dx, dy)
+            columns = grown
+        return columns
+
+    def request(
+        self, goals: Mapping[str, Goal], assignments: Mapping[str, str], forbidden: Optional[BoolArray] = None
+    ) -> PlanRequest:
+        """The planning step for the newest map."""
+        objects = self.map.objects if self.map is not None else {}
+        others = {name: o.cells for name, o in objects.items() if o.kind != "Mobile" and name not in goals}
+        robots = tuple(
+            Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask) for _, robot in sorted(self.robots.items())
+        )
+        return PlanRequest(self._spec(), self._occupancy(), robots, goals, dict(assignments), others, forbidden)
+
+    def at(self, robot: TrackedRobot, goal: Goal) -> bool:
+        """A robot is at a goal: in its column, and at its heading where it has one."""
+        tolerance = math.radians(self.params.heading_tolerance_deg)
+        turned = goal.yaw_rad is None or abs(wrap_angle(robot.yaw_rad - goal.yaw_rad)) <= tolerance
+        return turned and robot.column == goal.column
+
+    def target_of(self, step: Waypoint) -> Target:
+        """Pose of an end effector at a waypoint."""
+        x, y = self._spec().column_center(step.column)
+        return Target(x, y, step.yaw_rad)
+
+    def _spec(self) -> GridSpec:
+        return self.map.spec if self.map is not None else GridSpec()
+
+    def _occupancy(self) -> np.ndarray:
+        """Live grid in which the robots fill the cells of their masks, not those the cameras took for theirs."""
+        if self.map is None:
+            return np.zeros(self._spec().shape, dtype=np.int8)
+        occupied = (self.map.grid != 0).astype(np.int8)
+        for found in self.of_kind("Mobile"):
+            occupied[tuple(found.cells.T)] = 0
+        for name, found in self.map.objects.items():
+            if name in self.leaving:
+                occupied[tuple(found.cells.T)] = 0
+        for name, found in self.map.objects.items():
+            if found.kind != "Mobile" and name not in self.leaving:
+                occupied[tuple(found.cells.T)] = 1
+        for robot in self.robots.values():
+            cells = robot.cells
+            occupied[tuple(cells[self.map.spec.contains(cells)].T)] = 1
+        return occupied
+
+    def _track(self, found: MappedObject, spec: GridSpec) -> TrackedRobot:
+        x, y = found.position_m[:2]
+        yaw = yaw_of_quaternion(found.quaternion)
+        before = self.robots.get(found.name)
+        sent = self.goals.active.get(found.name)
+        candidates = [spec.column_of((sent.target.x, sent.target.y))] if sent is not None and sent.target else []
+        candidates += [before.column] if before is not None else []
+        column = self._held(spec, found.position_m, *candidates)
+        nominal = self._nominal_yaw(yaw, before, sent.target if sent is not None else None)
+        shape = self.shapes.get(found.name)
+        if shape is not None:
+            mask = shape.mask(spec, nominal)
+        elif len(found.cells):
+            mask = Mask.from_cells(found.cells, column, nominal)
+        else:
+            mask = Mask(np.array([[0, 0, spec.shape[2] // 2]], dtype=np.int64), nominal)
+        return TrackedRobot(found.name, x, y, yaw, column, nominal, mask)
+
+    def _nominal_yaw(self, yaw: float, before: Optional[TrackedRobot], target: Optional[Target]) -> float:
+        tolerance = math.radians(self.params.heading_tolerance_deg)
+        candidates = [target.yaw_rad] if target is not None else []
+        candidates += [before.nominal_yaw_rad] if before is not None else []
+        return next((c for c in candidates if abs(wrap_angle(yaw - c)) <= tolerance), yaw)
+
+    def _held(self, spec: GridSpec, position: Tuple[float, ...], *candidates: Optional[Column]) -> Column:
+        """Column of a point: the first candidate whose centre is near enough, else the one it lies in."""
+        for candidate in candidates:
+            if candidate is not None:
+                x, y = spec.column_center(candidate)
+                if max(abs(position[0] - x), abs(position[1] - y)) <= self.params.arrival_tolerance_m:
+                    return candidate
+        return spec.column_of(position[:2])
+
+
+def _moved(columns: BoolArray, dx: int, dy: int) -> BoolArray:
+    result = np.zeros_like(columns)
+    gx, gy = columns.shape
+    result[max(dx, 0) : gx + min(dx, 0), max(dy, 0) : gy + min(dy, 0)] = columns[
+        max(-dx, 0) : gx + min(-dx, 0), max(-dy, 0) : gy + min(-dy, 0)
+    ]
+    return result
