@@ -1,0 +1,49 @@
+"""config/ and docs/ against the parameter classes and tables of the nodes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from yarm.params import ParamError, build, infos
+from yarm.ros.node_params import NODE_PARAMS
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def plain(value):
+    return list(value) if isinstance(value, tuple) else value
+
+
+@pytest.mark.parametrize("node", sorted(NODE_PARAMS))
+def test_yaml_holds_every_parameter_with_its_default(node):
+    shipped = yaml.safe_load((ROOT / "config" / f"{node}.yaml").read_text())
+    assert shipped == {name: plain(default) for name, default, _ in infos(NODE_PARAMS[node])}
+
+
+@pytest.mark.parametrize("node", sorted(NODE_PARAMS))
+def test_a_wrong_key_is_refused_by_name(node):
+    with pytest.raises(ParamError, match="no_such_parameter: unknown"):
+        build(NODE_PARAMS[node], {"no_such_parameter": 1})
+
+
+@pytest.mark.parametrize("node", sorted(NODE_PARAMS))
+def test_yaml_comments_unit_or_range_of_every_parameter(node):
+    lines = (ROOT / "config" / f"{node}.yaml").read_text().splitlines()
+    bare = [line for line in lines if ":" in line.split("#")[0] and "#" not in line]
+    assert bare == []
+
+
+def test_generated_pages_are_up_to_date():
+    check = subprocess.run(
+        [sys.executable, str(ROOT / "tools" / "generate_docs.py"), "--check"],
+        capture_output=True,
+        check=False,
+        text=True,
+        timeout=120,
+    )
+    assert check.returncode == 0, check.stdout + check.stderr
