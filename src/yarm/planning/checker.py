@@ -1,20 +1,22 @@
 """Independent proof that one step of the fleet touches nothing; shares no code with any planner.
 
 The planners work on column images and tables; this module works on the motion itself. A robot is a set of solid cells.
-On the way to a waypoint each cell's square first turns about the end effector's true position (dense angles, each
-square tested exactly against the cells it may overlap), then slides to the centre of the waypoint's column (the
-hexagon a sliding square sweeps, tested exactly). Every grid cell whose interior is overlapped is swept, and so is every
-cell the robot occupies at the start.
+On the way to a waypoint each cell's square first turns about the end effector (dense angles, each square tested exactly
+against the cells it may overlap), then slides to the centre of the waypoint's column (the hexagon a sliding square
+sweeps, tested exactly). Every grid cell whose interior is overlapped is swept, and so is every cell the robot occupies
+at the start. This is done for the motion planned, from column centre to column centre, and, when the end effector
+stands off its column's centre, again for the motion it will really make from there.
 
 A step is safe when, for each robot that moves,
 
-* no swept cell, nor any of its 26 neighbours, is occupied in the robot-less map. Perceived cells are noisy: occupied
-  cells that are already within that margin at the start are exempt from the margin, so the robot may move away, but
-  overlapping them is never allowed;
-* no swept cell is outside the grid. A robot that starts partly outside may not reach further out on any side;
-* no swept column is forbidden. A robot that starts in forbidden columns may only end with fewer of them;
+* no cell swept by either motion is occupied in the robot-less map, nor swept by another robot, moving or not;
+* no cell swept by the planned motion has such a cell among its 26 neighbours. Perceived cells are noisy: what is beside
+  a robot's present cells already, an occupied cell or one another robot stands on, may stay a neighbour;
+* no cell of the planned motion is outside the grid. A robot that starts partly outside may not reach further out on any
+  side;
+* no swept column is forbidden. A robot that starts in forbidden columns may only end with fewer of them.
 
-and the swept cells of any two robots, of those that stay too, have none in common but what both claim at the start.
+Cells that two robots both claim at the start are not held against them.
 """
 
 from __future__ import annotations
@@ -48,6 +50,7 @@ class Sweep:
         robot: its name.
         start: (n, 3) cells at the start, possibly outside the grid.
         cells: (m, 3) every cell touched on the way, the start included.
+        real: (p, 3) the same for the motion from where the end effector really is.
         end: (k, 3) cells at the end.
         moves: false for a robot that stays.
     """
@@ -55,6 +58,7 @@ class Sweep:
     robot: str
     start: IntArray
     cells: IntArray
+    real: IntArray
     end: IntArray
     moves: bool
 
@@ -93,22 +97,32 @@ def sweep_of(request: PlanRequest, robot: Robot, step: Waypoint | None) -> Sweep
     """Everything a robot touches on its way to a waypoint; None for a robot that stays."""
     start = np.unique(robot.cells, axis=0)
     if step is None:
-        return Sweep(robot.name, start, start, start, False)
+        return Sweep(robot.name, start, start, start, start, False)
     size = np.asarray(request.spec.resolution[:2])
     lower = np.asarray(request.spec.lower[:2])
     center = lower + (np.asarray(robot.column) + 0.5) * size
-    pivot = center if robot.position_m is None else np.asarray(robot.position_m, dtype=float)
     target = lower + (np.asarray(step.column) + 0.5) * size
+    angle = math.remainder(step.yaw_rad - robot.yaw_rad, 2.0 * math.pi)
+    cells, end = _motion(start, lower, size, center, target, angle)
+    real = cells
+    if robot.position_m is not None and not np.allclose(robot.position_m, center, rtol=0.0, atol=PENETRATION_M):
+        real, _ = _motion(start, lower, size, np.asarray(robot.position_m, dtype=float), target, angle)
+    return Sweep(robot.name, start, cells, real, end, True)
+
+
+def _motion(
+    start: IntArray, lower: FloatArray, size: FloatArray, pivot: FloatArray, target: FloatArray, angle: float
+) -> Tuple[IntArray, IntArray]:
+    """Cells swept, and cells at the end, of a turn about the pivot and a slide of the pivot to the target."""
     columns, heights = _columns(start)
     squares = _Squares(lower + (columns + 0.5) * size - pivot, size)
-    angle = math.remainder(step.yaw_rad - robot.yaw_rad, 2.0 * math.pi)
     touched = [squares.at(lower, pivot, np.zeros(1))]
     for signed in [angle] if abs(angle) < HALF_TURN_RAD else [angle, angle - math.copysign(2.0 * math.pi, angle)]:
         touched.append(squares.at(lower, pivot, squares.angles(signed)))
     touched.append(squares.slid(lower, pivot, target, angle))
     end = squares.at(lower, target, np.array([angle]))
     touched.append(end)
-    return Sweep(robot.name, start, _lifted(np.concatenate(touched), heights), _lifted(end, heights), True)
+    return _lifted(np.concatenate(touched), heights), _lifted(end, heights)
 
 
 def chessboard_clearance(occupied: BoolArray, sweeps: List[Sweep]) -> int:
@@ -243,10 +257,12 @@ def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -
     for sweep in sweeps:
         if not sweep.moves:
             continue
+        for cells in (sweep.cells, sweep.real):
+            inside = cells[request.spec.contains(cells)]
+            overlapped = inside[occupied[tuple(inside.T)]]
+            if len(overlapped):
+                return _fault(f"{sweep.robot} would touch {_name_at(request, overlapped)}", overlapped)
         cells = sweep.cells[request.spec.contains(sweep.cells)]
-        overlapped = cells[occupied[tuple(cells.T)]]
-        if len(overlapped):
-            return _fault(f"{sweep.robot} would touch {_name_at(request, overlapped)}", overlapped)
         margin = near
         start = sweep.start[request.spec.contains(sweep.start)]
         if near[tuple(start.T)].any():
@@ -264,18 +280,52 @@ def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -
 
 
 def _check_pairs(sweeps: List[Sweep]) -> StepCheck:
-    codes = [_codes(sweep.cells) for sweep in sweeps]
     for i, first in enumerate(sweeps):
-        for j in range(i + 1, len(sweeps)):
-            second = sweeps[j]
+        for second in sweeps[i + 1 :]:
             if not (first.moves or second.moves):
                 continue
-            common = np.intersect1d(codes[i], codes[j], assume_unique=True)
-            common = np.setdiff1d(common, np.intersect1d(_codes(first.start), _codes(second.start)))
-            if len(common):
-                cells = first.cells[np.isin(codes[i], common)]
-                return _fault(f"{first.robot} and {second.robot} would touch", cells)
+            claimed = _common(first.start, second.start)
+            for one, other in ((first.cells, second.cells), (first.real, second.real)):
+                touched = _without(_common(one, other), claimed)
+                if len(touched):
+                    return _fault(f"{first.robot} and {second.robot} would touch", touched)
+            close = _close_cells(first, second)
+            if len(close):
+                return _fault(f"{first.robot} and {second.robot} would come within one cell of each other", close)
     return StepCheck(True)
+
+
+def _close_cells(first: Sweep, second: Sweep) -> IntArray:
+    """Cells swept by the first beside cells swept by the second, but where they stand beside each other already."""
+    one = _without(first.cells, _beside(first.start, second.start))
+    other = _without(second.cells, _beside(second.start, first.start))
+    return _beside(one, other)
+
+
+def _beside(cells: IntArray, others: IntArray) -> IntArray:
+    """Which of the cells (n, 3) are, or have among their 26 neighbours, one of the others (m, 3)."""
+    if not len(cells) or not len(others):
+        return cells[:0]
+    low = np.maximum(cells.min(axis=0), others.min(axis=0)) - 1
+    high = np.minimum(cells.max(axis=0), others.max(axis=0)) + 1
+    if np.any(low > high):
+        return cells[:0]
+    cells = cells[np.all((cells >= low) & (cells <= high), axis=1)]
+    others = others[np.all((others >= low) & (others <= high), axis=1)]
+    near = np.zeros(high - low + 1, dtype=bool)
+    near[tuple((others - low).T)] = True
+    result: IntArray = cells[_grown(near)[tuple((cells - low).T)]]
+    return result
+
+
+def _common(first: IntArray, second: IntArray) -> IntArray:
+    result: IntArray = first[np.isin(_codes(first), _codes(second))]
+    return result
+
+
+def _without(cells: IntArray, others: IntArray) -> IntArray:
+    result: IntArray = cells[~np.isin(_codes(cells), _codes(others))] if len(others) else cells
+    return result
 
 
 def _grown(occupied: BoolArray) -> BoolArray:

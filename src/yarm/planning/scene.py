@@ -98,5 +98,5 @@ class PlanScene:
 
 def _cells_of(box: Box) -> IntArray:
     x0, x1, y0, y1, z0, z1 = box
-    cells: IntArray = np.argwhere(np.ones((x1 - x0, y1 - y0, z1 - z0), dtype=bool)).astype(np.int64)
-    return cells + (x0, y0, z0)
+    cells: IntArray = np.argwhere(np.ones((x1 - x0, y1 - y0, z1 - z0), dtype=bool)) + np.array([x0, y0, z0])
+    return cells
