@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Mapping
+from typing import FrozenSet, Mapping
+
+from yarm.sim.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -40,3 +42,9 @@ CASES: Mapping[str, Case] = {
 def case_of(name: str) -> Case:
     """The case of that name; for a scene that is nobody's case, one without extra demands."""
     return CASES.get(name, Case(name, f"scene {name}"))
+
+
+def expected_goals(scene: Scene) -> FrozenSet[str]:
+    """Names of all debris and targets of a scene, of those too that an event brings."""
+    things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
+    return frozenset(thing.name for thing in things if thing.kind in ("Debris", "Target"))

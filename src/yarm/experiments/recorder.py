@@ -29,7 +29,7 @@ Cells = Tuple[Tuple[int, int], ...]
 
 @dataclass(frozen=True)
 class ContactSample:
-    """One contact as the simulator reports it: bodies, their links, penetration in metres, and the simulator's verdict."""
+    """One contact as the simulator reports it: bodies, their links, penetration in metres, and its verdict."""
 
     body_a: str
     link_a: str
@@ -96,6 +96,16 @@ class Recorder:
         self._pauses: List[PauseRecord] = []
         self._goals: Dict[str, GoalRecord] = {}
         self._given: Dict[str, Set[str]] = {}
+
+    def begin(self, now_s: float) -> None:
+        """The mission begins: times count from now on, and only contacts of what was before are kept."""
+        shift = self._start_s - now_s
+        kept = {key: replace(tally, first_s=tally.first_s + shift) for key, tally in self._contacts.items()}
+        goal_xy, last = self._goal_xy, self._last
+        self.__init__(self._spec, self._robots, now_s, self._period_s)  # type: ignore[misc]
+        self._contacts, self._goal_xy = kept, goal_xy
+        for row in last.values():
+            self.pose(now_s, row.robot, row.x_m, row.y_m, row.yaw_rad)
 
     @property
     def waypoints_sent(self) -> int:

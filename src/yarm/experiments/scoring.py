@@ -35,8 +35,8 @@ def judge(
     for tally in contacts:
         if tally.kind == "failure":
             faults.append(
-                f"{tally.pair[0]} ({tally.links[0]}) touched {tally.pair[1]} ({tally.links[1]}) at {tally.first_s:.1f} s, "
-                f"{1000 * tally.depth_m:.1f} mm deep"
+                f"{tally.pair[0]} ({tally.links[0]}) touched {tally.pair[1]} ({tally.links[1]}) "
+                f"at {tally.first_s:.1f} s, {1000 * tally.depth_m:.1f} mm deep"
             )
     if len(pauses) < case.min_pauses:
         faults.append(f"the manipulator paused {len(pauses)} times, {case.min_pauses} expected")

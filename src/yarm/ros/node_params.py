@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import Any, Dict, Type
 
+from yarm.ros.controls_server_params import ControlsServerParams
+from yarm.ros.experiment_params import ExperimentParams
 from yarm.ros.seed_tf_publisher_params import SeedTfPublisherParams
 
 NODE_PARAMS: Dict[str, Type[Any]] = {
+    "multi_robot_controls_server": ControlsServerParams,
+    "run_experiment": ExperimentParams,
     "seed_tf_publisher": SeedTfPublisherParams,
 }

@@ -1,0 +1,203 @@
+"""Node ``run_experiment``: one experiment against a running system, from switching on to the results on disk."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Tuple
+
+import numpy as np
+import rospy
+
+from yarm.experiments.cases import Case, case_of, expected_goals
+from yarm.experiments.plots import plot_run
+from yarm.experiments.record import RunInfo, RunRecord
+from yarm.experiments.recorder import Recorder
+from yarm.experiments.tables import summary_table
+from yarm.experiments.writers import write_run
+from yarm.geometry import BoolArray, CellMap, GridSpec
+from yarm.ros import names
+from yarm.ros.conversions import parse_map_metadata
+from yarm.ros.experiment_inputs import ExperimentInputs
+from yarm.ros.experiment_mission import MissionDriver, MissionError
+from yarm.ros.experiment_params import ExperimentParams
+from yarm.ros.experiment_usage import UsageMeter
+from yarm.ros.params import load_params
+from yarm.sim.scene import SceneError, load_scene
+
+PROGRESS_S = 1.0
+MAP_LIMIT_S = 20.0
+PACKAGES = ("yarm", "numpy", "scipy", "pybullet", "ompl", "ruckig", "embreex")
+
+
+class Experiment:
+    """Runs one experiment and keeps its record."""
+
+    def __init__(self, params: ExperimentParams) -> None:
+        """Listen; nothing is driven yet."""
+        self._params = params
+        self._case: Case = case_of(params.case)
+        self._inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0, params.path_period_s))
+        self._driver = MissionDriver(self._inputs, params, self._progress)
+        self._meter = UsageMeter()
+        self._said_wall = 0.0
+        self._said_sim_s = 0.0
+        self._began: Tuple[float, float, int] = (0.0, time.monotonic(), 0)
+
+    def run(self) -> RunRecord:
+        """Drive the whole experiment; whatever goes wrong ends up in the record."""
+        failure = ""
+        try:
+            self._driver.await_start()
+            self._driver.switch_on_and_calibrate()
+            self._begin()
+            limit_s = self._params.limit_s or self._case.limit_s
+            self._driver.run_mode(expected_goals(load_scene(self._params.case)), limit_s)
+        except (MissionError, SceneError) as error:
+            failure = str(error)
+        record = self._finish(failure)
+        if self._params.cleanup and not failure:
+            record = self._clean_up(record)
+        return record
+
+    def write(self, record: RunRecord) -> Path:
+        """Write the results; the folder they are in."""
+        folder = Path(self._params.results) / self._params.case / str(self._params.seed)
+        write_run(record, folder)
+        if self._params.plots:
+            cell_map = newest_map()
+            spec = cell_map.spec if cell_map is not None else GridSpec()
+            plot_run(record, folder, spec, None if cell_map is None else static_columns(cell_map))
+        return folder.resolve()
+
+    def _begin(self) -> None:
+        """The mission starts now: what is measured counts from here."""
+        self._meter.start()
+        now_s = self._driver.now_s()
+        self._began = (now_s, time.monotonic(), self._inputs.camera_sets())
+        with self._inputs.lock:
+            self._inputs.recorder.begin(now_s)
+            self._inputs.loop_ms.clear()
+
+    def _finish(self, failure: str) -> RunRecord:
+        sim_s = self._driver.now_s() - self._began[0]
+        wall_s = time.monotonic() - self._began[1]
+        sets = self._inputs.camera_sets() - self._began[2]
+        outcome, reason = self._driver.outcome()
+        info = RunInfo(
+            self._params.case,
+            self._params.seed,
+            self._params.mode,
+            "failed" if failure else outcome,
+            failure or reason,
+            sim_s,
+            wall_s,
+            sim_s / wall_s if wall_s > 0 else float("nan"),
+            sets,
+            self._loop_ms(),
+            versions(),
+            parameters(),
+        )
+        with self._inputs.lock:
+            return self._inputs.recorder.finish(
+                info, self._case, self._params.arrival_limit_m, self._meter.finish(sets)
+            )
+
+    def _clean_up(self, record: RunRecord) -> RunRecord:
+        try:
+            self._driver.clean_up()
+        except MissionError as error:
+            return replace(record, success=False, faults=(*record.faults, f"cleanup: {error}"))
+        return record
+
+    def _loop_ms(self) -> Dict[str, float]:
+        with self._inputs.lock:
+            messages = list(self._inputs.loop_ms)
+        parts: Dict[str, List[float]] = {}
+        for message in messages:
+            for part, value in zip(message.parts, message.ms_per_frame):
+                parts.setdefault(part, []).append(value)
+        return {part: float(np.mean(values)) for part, values in parts.items()}
+
+    def _progress(self, what: str) -> None:
+        """At most one line a second of wall time."""
+        now = time.monotonic()
+        if now - self._said_wall < PROGRESS_S:
+            return
+        with self._inputs.lock:
+            state = self._inputs.state
+            rate = (state.now_s - self._said_sim_s) / (now - self._said_wall) if self._said_wall else 0.0
+            parts = [f"{state.now_s:7.1f} s", f"x{rate:.2f}"]
+            if state.status is not None:
+                parts.append(state.status.state_name + (" busy" if state.status.busy else ""))
+            parts.append(what)
+            parts += [f"{name}: {arm.text()}" for name, arm in sorted(state.manipulators.items())]
+            if state.status is not None:
+                parts += [
+                    f"{t.robot or 'nobody'} -> {t.goal} {t.status} {t.distance_left_m:.2f} m"
+                    for t in state.status.tasks
+                ]
+            parts.append(f"{self._inputs.recorder.waypoints_sent} waypoints")
+            parts.append(f"{self._inputs.recorder.failures} touches")
+            self._said_sim_s = state.now_s
+        self._said_wall = now
+        say(" | ".join(parts))
+
+
+def say(text: str) -> None:
+    """A line for the person at the terminal, at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def newest_map() -> CellMap | None:
+    """The live grid, or None when none comes in time."""
+    try:
+        message = rospy.wait_for_message(names.PLANNING_METADATA, rospy.AnyMsg, timeout=MAP_LIMIT_S)
+        return parse_map_metadata(message._buff)
+    except (rospy.ROSException, ValueError):
+        return None
+
+
+def static_columns(cell_map: CellMap) -> BoolArray:
+    """Columns (gx, gy) that something of kind Obstacle stands in."""
+    columns = np.zeros(cell_map.spec.shape[:2], dtype=bool)
+    for thing in cell_map.objects.values():
+        if thing.kind == "Obstacle":
+            columns[thing.cells[:, 0], thing.cells[:, 1]] = True
+    return columns
+
+
+def versions() -> Dict[str, str]:
+    """Versions of what the experiment ran on."""
+    found = {"python": platform.python_version(), "ros": str(rospy.get_param("/rosdistro", "")).strip()}
+    for package in PACKAGES:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def parameters() -> Mapping[str, Any]:
+    """Parameters of every node, without robot descriptions and what ROS keeps for itself."""
+    tree = rospy.get_param("/", {})
+    return {
+        name: values
+        for name, values in sorted(tree.items())
+        if isinstance(values, dict) and name not in ("roslaunch", "run_id")
+    }
+
+
+def main() -> int:
+    """Run the node; exit code 0 only on success."""
+    rospy.init_node("run_experiment")
+    experiment = Experiment(load_params(ExperimentParams))
+    record = experiment.run()
+    folder = experiment.write(record)
+    say("\n" + summary_table(record) + f"\n\nresults and pictures: {folder}\n")
+    return 0 if record.success else 1

@@ -1,0 +1,190 @@
+"""Everything an experiment listens to, handed on to the recorder."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from typing import Dict, List, Optional, Set, Tuple
+
+import rospy
+from std_msgs.msg import Float32, Int8
+from tf2_msgs.msg import TFMessage
+
+from yarm.experiments.recorder import ContactSample, PlanSample, Recorder, TaskSample
+from yarm.geometry import yaw_of_quaternion
+from yarm.msg import (
+    Clearance,
+    CommanderStatus,
+    Contacts,
+    MoveRobotActionGoal,
+    ObjectRegistry,
+    PlanReport,
+    SimStatus,
+)
+from yarm.ros import names
+from yarm.ros.conversions import pose2_of_transform
+
+POSE_ACTIONS = ("true", "false")
+SANDING = 4
+
+
+@dataclass
+class Manipulator:
+    """What is known of one manipulator: its sander's state, whether it was told to move, share of the raster done."""
+
+    state: int = 0
+    moving: Optional[bool] = None
+    progress: float = 0.0
+
+    def text(self) -> str:
+        """For the progress line."""
+        if self.state != SANDING:
+            return f"state {self.state}"
+        return f"{'sanding' if self.moving else 'paused'} {100 * self.progress:.0f} %"
+
+
+@dataclass
+class Snapshot:
+    """The newest of everything, for the progress line and the mission's waits."""
+
+    now_s: float = 0.0
+    status: Optional[CommanderStatus] = None
+    goals: Set[str] = field(default_factory=set)
+    robots: Set[str] = field(default_factory=set)
+    manipulators: Dict[str, Manipulator] = field(default_factory=dict)
+    sim: Optional[SimStatus] = None
+
+
+class ExperimentInputs:
+    """Subscribes to all of it; every callback takes the lock, hands on, and is done."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        """Listen from now on."""
+        self.lock = threading.Lock()
+        self.recorder = recorder
+        self.state = Snapshot()
+        self.loop_ms: List[SimStatus] = []
+        self._frames: Dict[str, str] = {}
+        self._goal_frames: Dict[str, str] = {}
+        self._robot_topics: Dict[str, List[rospy.Subscriber]] = {}
+        self._subscribers = [
+            rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=100, tcp_nodelay=True),
+            rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
+            rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100),
+            rospy.Subscriber(names.PLAN_REPORT, PlanReport, self._on_plan, queue_size=100),
+            rospy.Subscriber(names.SIM_CONTACTS, Contacts, self._on_contacts, queue_size=1000),
+            rospy.Subscriber(names.SIM_CLEARANCE, Clearance, self._on_clearance, queue_size=100),
+            rospy.Subscriber(names.SIM_STATUS, SimStatus, self._on_sim, queue_size=10),
+        ]
+
+    def camera_sets(self) -> int:
+        """Camera sets the simulator has published so far."""
+        with self.lock:
+            return 0 if self.state.sim is None else int(self.state.sim.camera_sets)
+
+    def _on_registry(self, message: ObjectRegistry) -> None:
+        with self.lock:
+            self.state.goals = {e.name for e in message.entries if e.object in ("Debris", "Target")}
+            self.state.robots = {e.name for e in message.entries if e.object == "Mobile"}
+            self._frames = {e.seed_frame: e.name for e in message.entries if e.object == "Mobile"}
+            self._goal_frames = {e.seed_frame: e.name for e in message.entries if e.object in ("Debris", "Target")}
+            arms = [e.name for e in message.entries if e.object == "Manipulator"]
+        for robot in self.state.robots:
+            self._follow(robot, [(names.move_robot(robot) + "/goal", MoveRobotActionGoal, self._on_goal)])
+        for arm in arms:
+            self.state.manipulators.setdefault(arm, Manipulator())
+            self._follow(
+                arm,
+                [
+                    (names.motion_start_stop(arm), Int8, self._on_switch),
+                    (names.sander_state(arm), Int8, self._on_sander),
+                    (names.sander_progress(arm), Float32, self._on_raster),
+                ],
+            )
+
+    def _follow(self, robot: str, topics: List[Tuple[str, type, object]]) -> None:
+        if robot not in self._robot_topics:
+            self._robot_topics[robot] = [
+                rospy.Subscriber(topic, kind, callback, callback_args=robot, queue_size=100)
+                for topic, kind, callback in topics
+            ]
+
+    def _on_tf(self, message: TFMessage) -> None:
+        with self.lock:
+            for transform in message.transforms:
+                child = transform.child_frame_id.lstrip("/")
+                robot, goal = self._frames.get(child), self._goal_frames.get(child)
+                if robot is None and goal is None:
+                    continue
+                pose = pose2_of_transform(transform.transform)
+                now_s = transform.header.stamp.to_sec()
+                self.state.now_s = max(self.state.now_s, now_s)
+                if robot is not None:
+                    self.recorder.pose(now_s, robot, pose.x, pose.y, pose.yaw_rad)
+                if goal is not None:
+                    self.recorder.goal_pose(goal, pose.x, pose.y)
+
+    def _on_status(self, message: CommanderStatus) -> None:
+        with self.lock:
+            self.state.status = message
+            self.state.now_s = max(self.state.now_s, message.header.stamp.to_sec())
+            tasks = [TaskSample(t.robot, t.goal, t.kind, t.status, t.reason) for t in message.tasks]
+            self.recorder.tasks(message.header.stamp.to_sec(), tasks)
+
+    def _on_plan(self, message: PlanReport) -> None:
+        with self.lock:
+            for i, robot in enumerate(message.robots):
+                path = tuple((cell.x, cell.y) for cell in message.paths[i].indices)
+                sample = PlanSample(
+                    robot,
+                    message.goals[i],
+                    message.statuses[i],
+                    message.planning_ms,
+                    message.robot_ms[i],
+                    message.check_ms,
+                    message.length_cells[i],
+                    message.safe,
+                    message.particles,
+                    path,
+                )
+                self.recorder.plan(message.header.stamp.to_sec(), sample)
+
+    def _on_contacts(self, message: Contacts) -> None:
+        samples = [ContactSample(c.body_a, c.link_a, c.body_b, c.link_b, c.depth, c.kind) for c in message.contacts]
+        with self.lock:
+            self.recorder.contacts(message.header.stamp.to_sec(), samples)
+
+    def _on_clearance(self, message: Clearance) -> None:
+        with self.lock:
+            for robot, nearest, distance in zip(message.robots, message.nearest, message.distances):
+                self.recorder.clearance(robot, nearest, distance)
+
+    def _on_sim(self, message: SimStatus) -> None:
+        with self.lock:
+            self.state.sim = message
+            self.state.now_s = max(self.state.now_s, message.header.stamp.to_sec())
+            self.loop_ms.append(message)
+
+    def _on_goal(self, message: MoveRobotActionGoal, robot: str) -> None:
+        if message.goal.action.lower() not in POSE_ACTIONS:
+            return
+        target, q = message.goal.target.position, message.goal.target.orientation
+        yaw = yaw_of_quaternion((q.x, q.y, q.z, q.w))
+        with self.lock:
+            self.recorder.waypoint(self.state.now_s, robot, target.x, target.y, yaw)
+
+    def _on_switch(self, message: Int8, arm: str) -> None:
+        with self.lock:
+            manipulator = self.state.manipulators[arm]
+            moving = message.data != 0
+            if manipulator.state == SANDING and (moving or manipulator.moving):
+                self.recorder.manipulator(self.state.now_s, arm, moving)
+            manipulator.moving = moving
+
+    def _on_sander(self, message: Int8, arm: str) -> None:
+        with self.lock:
+            self.state.manipulators[arm].state = message.data
+
+    def _on_raster(self, message: Float32, arm: str) -> None:
+        with self.lock:
+            self.state.manipulators[arm].progress = message.data

@@ -1,0 +1,118 @@
+"""Runs ``experiment.launch`` as a child and gives back its verdict, which roslaunch itself does not."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import List, Sequence
+
+import psutil
+import yaml
+
+STOP_LIMIT_S = 40.0
+INTERRUPTED = 130
+
+
+def parser() -> argparse.ArgumentParser:
+    """Options of ``rosrun yarm run_experiment``."""
+    options = argparse.ArgumentParser(
+        prog="run_experiment", description="Run one experiment end to end and say whether it succeeded (exit code 0)."
+    )
+    options.add_argument("--case", default="1m1ma", help="1m1ma, 2m1ma, 3m, single, 1m1ma_target or a scene file")
+    options.add_argument("--seed", type=int, default=3, help="seed of the scene and the planner")
+    options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
+    options.add_argument("--planner", default="yarm", help="yarm, original, ma_astar, ompl_...")
+    options.add_argument("--rviz", action="store_true", help="show it")
+    options.add_argument("--sync", action="store_true", help="lock-step: slower, repeats exactly")
+    options.add_argument("--bag", action="store_true", help="record a bag beside the results")
+    options.add_argument("--cleanup", action="store_true", help="send everybody home at the end")
+    options.add_argument("--results", default="results", help="folder for <case>/<seed>/")
+    options.add_argument("--wall-limit", type=float, default=900.0, help="seconds after which it is stopped")
+    options.add_argument("--port", type=int, default=0, help="port of its own ROS master; 0 takes a free one")
+    return options
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
+    options = parser().parse_args(arguments)
+    folder = Path(options.results).resolve() / options.case / str(options.seed)
+    summary = folder / "summary.yaml"
+    folder.mkdir(parents=True, exist_ok=True)
+    if summary.exists():
+        summary.unlink()
+    port = options.port or free_port()
+    environment = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}")
+    sys.stdout.write(f"ROS_MASTER_URI=http://localhost:{port}\n")
+    sys.stdout.flush()
+    child = subprocess.Popen(command(options, port), env=environment, start_new_session=True)
+    code = _wait(child, options.wall_limit)
+    if code == INTERRUPTED:
+        return code
+    return verdict(summary)
+
+
+def command(options: argparse.Namespace, port: int) -> List[str]:
+    """The roslaunch call for these options."""
+    values = {
+        "case": options.case,
+        "seed": options.seed,
+        "mode": options.mode,
+        "planner": options.planner,
+        "results": Path(options.results).resolve(),
+    }
+    flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}
+    arguments = [f"{name}:={value}" for name, value in values.items()]
+    arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
+    return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
+
+
+def verdict(summary: Path) -> int:
+    """0 when the results say success."""
+    if not summary.is_file():
+        sys.stderr.write(f"the experiment ended without results: {summary} was not written; see the output above\n")
+        return 1
+    return 0 if yaml.safe_load(summary.read_text()).get("success") is True else 1
+
+
+def free_port() -> int:
+    """A port nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return int(probe.getsockname()[1])
+
+
+def _wait(child: subprocess.Popen[bytes], limit_s: float) -> int:
+    try:
+        child.wait(timeout=limit_s)
+    except subprocess.TimeoutExpired:
+        sys.stderr.write(f"stopped after {limit_s:.0f} s of wall time (--wall-limit)\n")
+    except KeyboardInterrupt:
+        _stop(child)
+        return INTERRUPTED
+    _stop(child)
+    return 0
+
+
+def _stop(child: subprocess.Popen[bytes]) -> None:
+    """End the child and everything it started, gently first."""
+    try:
+        family = psutil.Process(child.pid).children(recursive=True)
+    except psutil.NoSuchProcess:
+        family = []
+    if child.poll() is None:
+        child.send_signal(signal.SIGINT)
+    deadline = time.monotonic() + STOP_LIMIT_S
+    while child.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.1)
+    _, alive = psutil.wait_procs(family, timeout=1.0)
+    for process in alive:
+        process.kill()
+    if child.poll() is None:
+        child.kill()
+        child.wait()

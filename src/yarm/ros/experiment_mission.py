@@ -1,0 +1,170 @@
+"""Drives the Commander through one mission by its service, with a limit on every wait."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Callable, FrozenSet, Set, Tuple
+
+import rospy
+
+from yarm.msg import CommanderStatus
+from yarm.ros import names
+from yarm.ros.experiment_inputs import ExperimentInputs
+from yarm.ros.experiment_params import ExperimentParams
+from yarm.srv import StateChange, StateChangeRequest
+
+POLL_S = 0.05
+ASK_AGAIN_S = 1.0
+ENDED = ("reached", "backing_out", "unreachable", "failed")
+MODES = {"bounded": CommanderStatus.BOUNDED, "boundless": CommanderStatus.BOUNDLESS}
+
+
+class MissionError(RuntimeError):
+    """The mission cannot go on; the message says what was waited for and how long."""
+
+
+class MissionDriver:
+    """Calls ``commander_state`` and waits for what follows."""
+
+    def __init__(self, inputs: ExperimentInputs, params: ExperimentParams, on_wait: Callable[[str], None]) -> None:
+        """Nothing is called yet.
+
+        Args:
+            inputs: what the experiment hears.
+            params: limits.
+            on_wait: called again and again while waiting, with what is waited for (progress lines).
+        """
+        self._inputs = inputs
+        self._params = params
+        self._on_wait = on_wait
+        self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
+
+    def await_start(self) -> None:
+        """Wait until the Commander answers and simulated time runs."""
+        limit_s = self._params.start_limit_s
+        began = time.monotonic()
+        while True:
+            missing = self._missing()
+            if not missing:
+                return
+            if time.monotonic() - began > limit_s:
+                raise MissionError(f"after {limit_s:.0f} s of wall time still missing: {missing}")
+            self._pause(f"waiting for {missing}")
+
+    def switch_on_and_calibrate(self) -> None:
+        """From wherever it starts to CALIBRATION, done; redone once when it fails."""
+        self._request("switch on", next_state=True)
+        self._request("calibrate", next_state=True)
+        for attempt in range(2):
+            self._await_idle(CommanderStatus.CALIBRATION, self._params.calibration_limit_s, "the calibration")
+            outcome, reason = self.outcome()
+            if outcome == "succeeded":
+                self._request("open the menu", next_state=True)
+                return
+            if attempt == 0:
+                self._request("calibrate once more", current_state=True)
+        raise MissionError(f"calibration ended {outcome!r}: {reason}")
+
+    def run_mode(self, expected: FrozenSet[str], limit_s: float) -> None:
+        """Enter the mode and wait until every expected goal has ended, asking for more work when there was none.
+
+        Args:
+            expected: names of the goals that are there or will come.
+            limit_s: simulated time this may take, s.
+        """
+        mode = MODES[self._params.mode]
+        self._request(f"enter mode {self._params.mode}", jump_state=mode)
+        self.continue_mode(expected, limit_s)
+
+    def continue_mode(self, expected: FrozenSet[str], limit_s: float) -> None:
+        """Within the mode: wait until every expected goal has ended."""
+        mode = MODES[self._params.mode]
+        end_s = self.now_s() + limit_s
+        while self.now_s() < end_s:
+            self._await_idle(mode, max(0.0, end_s - self.now_s()), "the mission")
+            left = expected - self.ended_goals()
+            if not left:
+                return
+            asked_s = self.now_s()
+            self._wait_for(lambda at=asked_s: self.now_s() > at + ASK_AGAIN_S, 10.0, "more work")  # type: ignore[misc]
+            self._request("look for more tasks", current_state=True)
+        left = expected - self.ended_goals()
+        raise MissionError(f"after {limit_s:.0f} s of simulated time not done: {', '.join(sorted(left)) or 'the mode'}")
+
+    def clean_up(self) -> None:
+        """Send everybody home."""
+        self._request("clean up", next_state=True)
+        self._await_idle(CommanderStatus.CLEANUP, self._params.cleanup_limit_s, "the way home")
+
+    def outcome(self) -> Tuple[str, str]:
+        """How the last work ended, and why."""
+        with self._inputs.lock:
+            status = self._inputs.state.status
+            return ("", "") if status is None else (status.outcome, status.reason)
+
+    def now_s(self) -> float:
+        """Simulated time, s."""
+        with self._inputs.lock:
+            return self._inputs.state.now_s
+
+    def ended_goals(self) -> Set[str]:
+        """Goals the Commander is done with, well or not."""
+        with self._inputs.lock:
+            goals = self._inputs.recorder.goals
+        return {g.name for g in goals if math.isfinite(g.declared_s) or g.status in ENDED}
+
+    def _missing(self) -> str:
+        if self.now_s() <= 0.0:
+            return "simulated time (is the simulation running?)"
+        with self._inputs.lock:
+            if self._inputs.state.status is None:
+                return f"{names.COMMANDER_STATUS} (is the commander running?)"
+            if not self._inputs.state.robots:
+                return f"robots in {names.OBJECT_REGISTRY}"
+        try:
+            rospy.wait_for_service(names.COMMANDER_STATE, timeout=0.2)
+        except rospy.ROSException:
+            return f"service {names.COMMANDER_STATE}"
+        return ""
+
+    def _request(self, what: str, **fields: object) -> None:
+        self._on_wait(what)
+        try:
+            answer = self._service(StateChangeRequest(**fields))
+        except rospy.ServiceException as error:
+            raise MissionError(f"{what}: the Commander did not answer: {error}") from error
+        if not answer.success:
+            raise MissionError(f"{what} was refused: {answer.message}")
+        self._asked_s = self.now_s()
+
+    def _await_idle(self, state: int, limit_s: float, what: str) -> None:
+        self._wait_for(lambda: self._idle_in(state), limit_s, what)
+
+    def _idle_in(self, state: int) -> bool:
+        with self._inputs.lock:
+            status = self._inputs.state.status
+            if status is None or status.header.stamp.to_sec() <= self._asked_s:
+                return False
+            return status.state == state and not status.busy and status.outcome != ""
+
+    def _wait_for(self, done: Callable[[], bool], limit_s: float, what: str) -> None:
+        began_s = moved_s = self.now_s()
+        moved_wall = time.monotonic()
+        while not done():
+            self._pause(what)
+            now_s = self.now_s()
+            if now_s > moved_s:
+                moved_s, moved_wall = now_s, time.monotonic()
+            if now_s - began_s > limit_s:
+                raise MissionError(f"{what} did not end within {limit_s:.0f} s of simulated time")
+            if time.monotonic() - moved_wall > self._params.stall_limit_s:
+                raise MissionError(
+                    f"{what}: simulated time has stood still at {now_s:.2f} s for {self._params.stall_limit_s:.0f} s"
+                )
+
+    def _pause(self, what: str) -> None:
+        if rospy.is_shutdown():
+            raise MissionError("ROS is shutting down")
+        self._on_wait(what)
+        time.sleep(POLL_S)

@@ -1,0 +1,28 @@
+"""Parameters of the node ``run_experiment``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from yarm.params import param
+
+
+@dataclass(frozen=True)
+class ExperimentParams:
+    """One experiment: what to run, how long to wait, where to write."""
+
+    case: str = param("1m1ma", "", "name of the experiment, for its limits and for the results' folder")
+    seed: int = param(3, "", "seed of the scene and the planner, for the results' folder", 0, 2**31 - 1)
+    mode: str = param("boundless", "", "mode of the Commander", choices=("bounded", "boundless"))
+    cleanup: bool = param(False, "", "send everybody home at the end")
+    results: str = param("results", "", "folder that holds <case>/<seed>/; made when missing")
+    limit_s: float = param(0.0, "s", "simulated time the mission may take; 0 for the case's own limit", 0.0, 36000.0)
+    start_limit_s: float = param(120.0, "s", "wall time until every node must have answered", 1.0, 3600.0)
+    calibration_limit_s: float = param(240.0, "s", "simulated time the calibration may take", 1.0, 3600.0)
+    cleanup_limit_s: float = param(180.0, "s", "simulated time the way home may take", 1.0, 3600.0)
+    stall_limit_s: float = param(60.0, "s", "wall time simulated time may stand still", 1.0, 3600.0)
+    arrival_limit_m: float = param(
+        0.12, "m", "an end effector this near its goal has arrived (ground truth)", 0.01, 1.0
+    )
+    path_period_s: float = param(0.05, "s", "simulated time between two recorded poses of a robot", 0.01, 10.0)
+    plots: bool = param(True, "", "draw the pictures")

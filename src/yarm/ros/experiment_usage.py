@@ -1,0 +1,110 @@
+"""What each node costs: processor time and memory of the processes behind the ROS graph."""
+
+from __future__ import annotations
+
+import time
+import xmlrpc.client
+from dataclasses import dataclass
+from typing import Dict, List, Set, Tuple
+
+import psutil
+import rosgraph
+import rospy
+
+from yarm.experiments.record import NodeUsage
+
+MB = 1.0 / (1024.0 * 1024.0)
+CALL_LIMIT_S = 5.0
+
+
+@dataclass(frozen=True)
+class _Reading:
+    cpu_s: float
+    memory_mb: float
+
+
+class UsageMeter:
+    """Reads every node's process at the start and at the end; nodes of one process (nodelets) are one line."""
+
+    def __init__(self) -> None:
+        """Nothing is measured before ``start``."""
+        self._processes: Dict[int, Tuple[str, psutil.Process]] = {}
+        self._first: Dict[int, _Reading] = {}
+        self._began = time.monotonic()
+
+    def start(self) -> None:
+        """Find the processes and read them."""
+        by_pid: Dict[int, Set[str]] = {}
+        for node, pid in node_pids().items():
+            by_pid.setdefault(pid, set()).add(node.lstrip("/"))
+        self._processes = {}
+        for pid, nodes in by_pid.items():
+            try:
+                self._processes[pid] = (_title(nodes), psutil.Process(pid))
+            except psutil.NoSuchProcess:
+                continue
+        self._first = self._read()
+        self._began = time.monotonic()
+
+    def finish(self, camera_sets: int) -> List[NodeUsage]:
+        """Cost of each process since ``start``, over this number of camera sets."""
+        wall_s = max(1e-3, time.monotonic() - self._began)
+        rows = []
+        for pid, last in self._read().items():
+            first = self._first[pid]
+            used_s = last.cpu_s - first.cpu_s
+            per_frame = 1000.0 * used_s / camera_sets if camera_sets else float("nan")
+            title = self._processes[pid][0]
+            rows.append(NodeUsage(title, used_s / wall_s, per_frame, first.memory_mb, last.memory_mb))
+        return rows
+
+    def lost(self) -> List[str]:
+        """Nodes whose process has ended since ``start``."""
+        return sorted(title for title, process in self._processes.values() if not process.is_running())
+
+    def _read(self) -> Dict[int, _Reading]:
+        readings = {}
+        for pid, (_, process) in self._processes.items():
+            try:
+                times = process.cpu_times()
+                readings[pid] = _Reading(times.user + times.system, process.memory_info().rss * MB)
+            except psutil.NoSuchProcess:
+                continue
+        return readings
+
+
+def node_pids() -> Dict[str, int]:
+    """Process number of each node of the graph that answers."""
+    master = rosgraph.Master(rospy.get_name())
+    publishers, subscribers, services = master.getSystemState()
+    nodes = {node for table in (publishers, subscribers, services) for _, users in table for node in users}
+    pids = {}
+    for node in nodes:
+        pid = _pid_of(master, node)
+        if pid:
+            pids[node] = pid
+    return pids
+
+
+def _pid_of(master: rosgraph.Master, node: str) -> int:
+    try:
+        proxy = xmlrpc.client.ServerProxy(master.lookupNode(node), transport=_LimitedTransport())
+        code, _, pid = proxy.getPid(rospy.get_name())
+    except (rosgraph.MasterException, OSError, xmlrpc.client.Error):
+        return 0
+    return int(pid) if code == 1 else 0
+
+
+class _LimitedTransport(xmlrpc.client.Transport):
+    """A node that does not answer must not hold up the experiment."""
+
+    def make_connection(self, host):  # type: ignore[no-untyped-def]
+        connection = super().make_connection(host)
+        connection.timeout = CALL_LIMIT_S
+        return connection
+
+
+def _title(nodes: Set[str]) -> str:
+    managers = sorted(node for node in nodes if node.endswith("manager"))
+    ordered = managers + sorted(nodes - set(managers))
+    return ordered[0] if len(ordered) == 1 else f"{ordered[0]} (+{len(ordered) - 1})"
