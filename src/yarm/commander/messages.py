@@ -140,10 +140,21 @@ class DeleteObject:
 
 @dataclass(frozen=True, eq=False)
 class ShowPlan:
-    """A plan was made: for the markers."""
+    """A plan was made: for the markers and the report.
+
+    Attributes:
+        request: what was asked.
+        plan: the answer.
+        sent: robots that are sent a step.
+        refused: why the checker kept steps back; empty when all were safe.
+        check_ms: wall time of the check, ms.
+    """
 
     request: PlanRequest
     plan: FleetPlan
+    sent: Tuple[str, ...] = ()
+    refused: str = ""
+    check_ms: float = 0.0
 
 
 @dataclass(frozen=True)

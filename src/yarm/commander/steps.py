@@ -1,0 +1,92 @@
+"""Steps on their way: only what the independent checker finds safe is sent, and it is watched until it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Callable, Dict, List, Tuple
+
+import numpy as np
+
+from yarm.geometry import BoolArray, IntArray
+from yarm.planning.checker import check_step, sweep_of
+from yarm.planning.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
+
+Checker = Callable[[PlanRequest, FleetPlan], StepCheck]
+
+
+@dataclass(frozen=True)
+class CheckedSteps:
+    """What may be sent of a plan.
+
+    Attributes:
+        steps: waypoint by robot.
+        refused: why the rest is not sent; empty when the whole plan is safe.
+    """
+
+    steps: Dict[str, Waypoint]
+    refused: str = ""
+
+
+def steps_of(plan: FleetPlan) -> Dict[str, Waypoint]:
+    """The waypoints a plan wants sent, by robot, ordered by name."""
+    return {name: p.step for name, p in sorted(plan.robots.items()) if p.step is not None}
+
+
+def safe_part(request: PlanRequest, plan: FleetPlan, check: Checker = check_step) -> CheckedSteps:
+    """The whole plan when it is safe, else as many robots' steps as are safe together, the others staying."""
+    wanted = steps_of(plan)
+    if not wanted:
+        return CheckedSteps({})
+    verdict = check(request, plan)
+    if verdict.safe:
+        return CheckedSteps(wanted)
+    kept: Dict[str, Waypoint] = {}
+    if len(wanted) > 1:
+        for name in wanted:
+            if check(request, _only(plan, [*kept, name])).safe:
+                kept[name] = wanted[name]
+    return CheckedSteps(kept, verdict.reason)
+
+
+def _only(plan: FleetPlan, robots: List[str]) -> FleetPlan:
+    kept = {name: p if name in robots else replace(p, step=None) for name, p in plan.robots.items()}
+    return replace(plan, robots=kept)
+
+
+class StepGuard:
+    """Holds the cells a step sweeps against every new map until the step ends.
+
+    The step was sent with a margin of one cell; here only a cell that is really taken counts, several maps in a row,
+    so that noise at an object's edge stops nobody.
+    """
+
+    def __init__(self, count: int) -> None:
+        """Alarm after ``count`` failing checks in a row."""
+        self._count = count
+        self._sweeps: Dict[str, IntArray] = {}
+        self._failures: Dict[str, int] = {}
+
+    def watch(self, request: PlanRequest, robot: Robot, step: Waypoint) -> None:
+        """Watch a step that is being sent."""
+        cells = sweep_of(request, robot, step).cells
+        self._sweeps[robot.name] = cells[request.spec.contains(cells)]
+        self._failures[robot.name] = 0
+
+    def forget(self, robot: str) -> None:
+        """The robot's step has ended."""
+        self._sweeps.pop(robot, None)
+        self._failures.pop(robot, None)
+
+    def alarms(self, occupied: BoolArray) -> List[Tuple[str, IntArray]]:
+        """Robots whose way is blocked for good, with the cells in dispute.
+
+        Args:
+            occupied: (gx, gy, gz) the map without robots and without their goals.
+        """
+        found = []
+        for robot, cells in sorted(self._sweeps.items()):
+            blocked = cells[occupied[tuple(cells.T)]] if len(cells) else np.zeros((0, 3), dtype=np.int64)
+            self._failures[robot] = self._failures[robot] + 1 if len(blocked) else 0
+            if self._failures[robot] >= self._count:
+                found.append((robot, blocked))
+        return found
