@@ -113,6 +113,11 @@ class BaseController:
         """Give the goal up and stand still at once."""
         return self._finish(outcome, reason)
 
+    def pause(self) -> BaseCommand:
+        """Stand still but keep the goal; the next pose goes on from rest."""
+        self._speed = 0.0
+        return self._command()
+
     def reset(self) -> None:
         """Forget goal and history (time went backwards)."""
         self._history.clear()

@@ -1,0 +1,277 @@
+"""Node ``multi_robot_controls_server``: one action server ``<robot>/move_robot`` for each robot that has a seed.
+
+Event-driven: each message of ``seed_transforms`` is one tick. All work is done by one thread; callbacks only store
+what has come and wake it. Without seeds it wakes ten times a second to notice that they are old.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import threading
+from dataclasses import dataclass
+from typing import Dict, Mapping, Optional, Type, Union
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import TransformStamped
+
+from yarm.control.base_controller import Outcome
+from yarm.msg import MoveRobotFeedback, ObjectRegistry, RegisteredObject, StepAck, TransformStampedVector
+from yarm.ros import names
+from yarm.ros.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.controls_server_actions import MoveRobotServer
+from yarm.ros.controls_server_arm import ArmUnit
+from yarm.ros.controls_server_mobile import MobileUnit
+from yarm.ros.controls_server_params import ControlsServerParams
+from yarm.ros.controls_server_robots import RobotUnit, SeedPose
+from yarm.ros.params import load_params
+
+ROBOT_TYPES: Mapping[str, Union[Type[MobileUnit], Type[ArmUnit]]] = {
+    "ankurbot_*": MobileUnit,
+    "hc10_barc*": ArmUnit,
+}
+ROBOT_KINDS = ("Mobile", "Manipulator")
+WATCH_PERIOD_S = 0.1
+
+
+@dataclass
+class _Robot:
+    """One robot with its action server."""
+
+    unit: RobotUnit
+    server: MoveRobotServer
+    pose: SeedPose
+    seen_s: float
+    goal_since_s: float = 0.0
+    feedback_s: float = 0.0
+    held: bool = False
+
+
+class ControlsServer:
+    """Ties seeds, action servers and robots together."""
+
+    def __init__(self, params: ControlsServerParams) -> None:
+        """Subscribe; work begins with ``spin``."""
+        self._params = params
+        self._robots: Dict[str, _Robot] = {}
+        self._registry: Dict[str, RegisteredObject] = {}
+        self._unknown: Dict[str, bool] = {}
+        self._condition = threading.Condition()
+        self._woken = False
+        self._seeds: Optional[TransformStampedVector] = None
+        self._last_s = -np.inf
+        self._ack_after: Optional[StepAck] = None
+        self._gone_sent = 0
+        self._gone_received = 0
+        self._reset = False
+        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._clock = ClockWatch()
+        self._clock.on_reset(self._on_reset)
+        self._subscribers = [
+            rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
+            rospy.Subscriber(
+                names.SEED_TRANSFORMS, TransformStampedVector, self._on_seeds, queue_size=10, tcp_nodelay=True
+            ),
+        ]
+        if params.sync and params.sync_after:
+            self._subscribers.append(
+                rospy.Subscriber(names.STEP_ACK, StepAck, self._on_ack, queue_size=100, tcp_nodelay=True)
+            )
+
+    def spin(self) -> None:
+        """Work until the node is shut down."""
+        while not rospy.is_shutdown():
+            with self._condition:
+                self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
+                self._woken = False
+                seeds, reset, self._reset = self._seeds, self._reset, False
+            if reset and rospy.get_time() < self._last_s - JUMP_BACK_S:
+                self._start_afresh()
+            if seeds is not None and self._ready(seeds):
+                with self._condition:
+                    if self._seeds is seeds:
+                        self._seeds = None
+                self._tick(seeds)
+            self._watch()
+        for name in list(self._robots):
+            self._robots[name].unit.cancel("shutting down")
+
+    # Callbacks: store and wake.
+
+    def _wake(self) -> None:
+        with self._condition:
+            self._woken = True
+            self._condition.notify()
+
+    def _on_registry(self, message: ObjectRegistry) -> None:
+        self._registry = {entry.name: entry for entry in message.entries}
+        self._wake()
+
+    def _on_seeds(self, message: TransformStampedVector) -> None:
+        with self._condition:
+            self._seeds = message
+        self._wake()
+
+    def _on_ack(self, message: StepAck) -> None:
+        if message.node.rsplit("/", 1)[-1] == self._params.sync_after:
+            self._ack_after = message
+            self._wake()
+
+    def _on_reset(self) -> None:
+        with self._condition:
+            self._reset = True
+        self._wake()
+
+    # The tick.
+
+    def _ready(self, seeds: TransformStampedVector) -> bool:
+        """Lock-step: the tick's joint angles, the sander's last answer and the commander's goals have all come."""
+        if not self._params.sync:
+            return True
+        stamp_s = seeds.header.stamp.to_sec()
+        if not all(robot.unit.ready(stamp_s) for robot in self._robots.values()):
+            return False
+        ack = self._ack_after
+        if ack is None:
+            return True
+        if ack.header.stamp.to_sec() <= stamp_s - 0.75 * self._params.sync_set_period_s:
+            return False
+        received = sum(self._received(robot) for robot in self._robots.values())
+        return received + self._gone_received >= ack.commands_sent
+
+    def _received(self, robot: _Robot) -> int:
+        return robot.server.received.get(self._params.sync_after, 0)
+
+    def _tick(self, seeds: TransformStampedVector) -> None:
+        now_s = seeds.header.stamp.to_sec()
+        if now_s < self._last_s - JUMP_BACK_S:
+            self._start_afresh()
+        self._last_s = now_s
+        for transform, name, kind in zip(seeds.transforms, seeds.frame, seeds.object):
+            if kind in ROBOT_KINDS:
+                self._see(name, pose_of(transform), now_s)
+        for name, robot in list(self._robots.items()):
+            if now_s - robot.seen_s > self._params.gone_s:
+                self._remove(name, f"{name} has been missing from the seeds for {self._params.gone_s:g} s")
+            else:
+                self._drive(name, robot, now_s)
+        if self._params.sync:
+            self._acknowledge(seeds)
+
+    def _see(self, name: str, pose: SeedPose, now_s: float) -> None:
+        robot = self._robots.get(name)
+        if robot is None:
+            unit_type = next((cls for pattern, cls in ROBOT_TYPES.items() if fnmatch.fnmatch(name, pattern)), None)
+            if unit_type is None:
+                if self._unknown.setdefault(name, True):
+                    rospy.logwarn("%s: no robot type matches; known: %s", name, ", ".join(ROBOT_TYPES))
+                    self._unknown[name] = False
+                return
+            unit = unit_type(name, self._params, self._registry.get, self._wake)
+            robot = _Robot(unit, MoveRobotServer(names.move_robot(name)), pose, now_s)
+            self._robots[name] = robot
+            rospy.loginfo("%s (%s): %s is up", name, unit.kind, names.move_robot(name))
+        robot.pose, robot.seen_s = pose, now_s
+
+    def _drive(self, name: str, robot: _Robot, now_s: float) -> None:
+        """Take in goals and cancels, act on the pose, report."""
+        self._take_events(name, robot, now_s)
+        age_s = now_s - robot.pose.stamp_s
+        if age_s > self._params.hold_s:
+            self._hold(name, robot, age_s)
+        else:
+            robot.held = False
+            end = robot.unit.tick(robot.pose, now_s)
+            if end is not None:
+                rospy.loginfo("%s: %s, %s", name, end[0].value, end[1])
+                robot.server.finish(*end)
+        goal = robot.server.goal()
+        if goal is not None and now_s - robot.feedback_s >= 1.0 / self._params.feedback_hz:
+            robot.feedback_s = now_s
+            feedback = MoveRobotFeedback(time=now_s - robot.goal_since_s, robotname=name, robottype=robot.unit.kind)
+            robot.unit.feedback(feedback)
+            robot.server.feedback(feedback)
+        robot.server.keep_alive(now_s)
+
+    def _take_events(self, name: str, robot: _Robot, now_s: float) -> None:
+        for event in robot.server.events():
+            if event.cancel:
+                if robot.server.is_active(event.handle):
+                    robot.unit.cancel("cancelled by the client")
+                    robot.server.finish(Outcome.PREEMPTED, "cancelled by the client")
+                else:
+                    robot.server.recall(event.handle)
+                continue
+            goal = event.handle.get_goal()
+            refusal = robot.unit.refusal(goal)
+            if refusal:
+                rospy.logwarn("%s: goal refused: %s", name, refusal)
+                robot.server.reject(event.handle, refusal)
+                continue
+            if robot.server.goal() is not None:
+                robot.unit.cancel("replaced by a newer goal")
+                robot.server.finish(Outcome.PREEMPTED, "replaced by a newer goal")
+            robot.server.accept(event.handle)
+            robot.goal_since_s = now_s
+            robot.unit.start(goal)
+
+    def _hold(self, name: str, robot: _Robot, age_s: float) -> None:
+        """Stand still while the pose is old; give the goal up when it stays so."""
+        if not robot.held:
+            robot.held = True
+            robot.unit.hold()
+        if age_s > self._params.stale_s and robot.server.goal() is not None:
+            reason = f"no pose of {name} for {age_s:.1f} s, allowed {self._params.stale_s:g} s: stopped"
+            rospy.logerr(reason)
+            robot.unit.cancel(reason)
+            robot.server.finish(Outcome.ABORTED, reason)
+
+    def _watch(self) -> None:
+        """Old seeds, seen from simulated time, when none come at all."""
+        now_s = rospy.get_time()
+        if self._params.sync or now_s - self._last_s < self._params.hold_s:
+            return
+        for name, robot in self._robots.items():
+            self._take_events(name, robot, now_s)
+            self._hold(name, robot, now_s - robot.pose.stamp_s)
+            robot.server.keep_alive(now_s)
+
+    def _acknowledge(self, seeds: TransformStampedVector) -> None:
+        for robot in self._robots.values():
+            robot.unit.acknowledge(seeds.header.stamp.to_sec())
+        sent = sum(robot.unit.simulator_commands for robot in self._robots.values())
+        ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=sent + self._gone_sent)
+        ack.header.stamp = seeds.header.stamp
+        self._ack.publish(ack)
+
+    def _remove(self, name: str, reason: str) -> None:
+        robot = self._robots.pop(name)
+        robot.unit.cancel(reason)
+        robot.server.close(reason)
+        robot.unit.close()
+        self._gone_sent += robot.unit.simulator_commands
+        self._gone_received += self._received(robot)
+
+    def _start_afresh(self) -> None:
+        """Simulated time went backwards: abort every goal and forget every stamp; servers and connections stay."""
+        reason = "simulated time went backwards"
+        rospy.logwarn("%s: every goal is aborted", reason)
+        for robot in self._robots.values():
+            robot.unit.reset()
+            robot.server.forget(reason)
+            robot.seen_s, robot.feedback_s = 0.0, 0.0
+        self._last_s = -np.inf
+        self._ack_after = None
+        self._gone_sent = self._gone_received = 0
+
+
+def pose_of(transform: TransformStamped) -> SeedPose:
+    """Pose of a seed from its transform."""
+    t, q = transform.transform.translation, transform.transform.rotation
+    return SeedPose(np.array((t.x, t.y, t.z)), np.array((q.x, q.y, q.z, q.w)), transform.header.stamp.to_sec())
+
+
+def main() -> None:
+    """Run the node until it is shut down."""
+    rospy.init_node("multi_robot_controls_server")
+    ControlsServer(load_params(ControlsServerParams)).spin()

@@ -1,0 +1,133 @@
+"""A manipulator with a sander, of the controls server: CALIBRATION, ON, OFF, CLEANUP."""
+
+from __future__ import annotations
+
+from typing import Callable, Optional
+
+import rospy
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Int8
+
+from yarm.control.base_controller import Outcome
+from yarm.control.sander_client import SanderClient
+from yarm.control.sander_states import Button, SanderReport, SanderState
+from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject, SanderStatus, StepAck
+from yarm.ros import names
+from yarm.ros.controls_server_params import ControlsServerParams
+from yarm.ros.controls_server_robots import End, Outbox, RobotUnit, SeedPose
+
+JOY_AXES = 4
+
+
+class ArmUnit(RobotUnit):
+    """Presses the buttons of one arm's sander."""
+
+    kind = "Manipulator"
+
+    def __init__(
+        self,
+        name: str,
+        params: ControlsServerParams,
+        registered: Callable[[str], Optional[RegisteredObject]],
+        wake: Callable[[], None],
+    ) -> None:
+        """Advertise and subscribe (arguments as of ``MobileUnit``)."""
+        del registered
+        self._name = name
+        self._params = params
+        self._wake = wake
+        self._client = SanderClient(params.manipulator_timeout_s)
+        self._action = ""
+        self._report: Optional[SanderReport] = None
+        self._report_s = -1.0
+        self._last_tick_s: Optional[float] = None
+        self._outbox = Outbox()
+        self._joy = self._outbox.publisher(names.sander_joy(name), Joy)
+        self._switch = self._outbox.publisher(names.motion_start_stop(name), Int8)
+        self._ack = rospy.Publisher(names.sander_command_ack(name), StepAck, queue_size=10) if params.sync else None
+        self._status = rospy.Subscriber(
+            names.sander_status(name), SanderStatus, self._on_status, queue_size=20, tcp_nodelay=True
+        )
+
+    def refusal(self, goal: MoveRobotGoal) -> str:
+        """Anything but the four actions is refused by name."""
+        return SanderClient.refusal(goal.action, self._report)
+
+    def start(self, goal: MoveRobotGoal) -> None:
+        """Pursue one of the four actions."""
+        self._action = goal.action
+        self._client.start(goal.action)
+
+    def cancel(self, reason: str) -> None:
+        """Hold the arm where it is, unless only a switch was being thrown."""
+        if self._action in ("CALIBRATION", "CLEANUP"):
+            rospy.loginfo("%s: %s given up (%s), arm held", self._name, self._action, reason)
+            self._press(Button.HOLD)
+        self._action = ""
+
+    def tick(self, pose: SeedPose, now_s: float) -> Optional[End]:
+        """Press what is needed next."""
+        self._last_tick_s = now_s
+        if not self._action:
+            return None
+        request = self._client.step(self._report, now_s)
+        if request.press is not None:
+            self._press(request.press)
+        if request.switch is not None:
+            self._outbox.send(self._switch, Int8(int(request.switch)))
+        if request.outcome is Outcome.ACTIVE:
+            return None
+        action, self._action = self._action, ""
+        if action == "CALIBRATION" and request.outcome is Outcome.SUCCEEDED:
+            return Outcome.SUCCEEDED, f"SPACE=SWITCH/AREA={self._params.manipulator_area}"
+        return request.outcome, request.reason
+
+    def hold(self) -> None:
+        """The sander does not depend on the seeds."""
+
+    def feedback(self, feedback: MoveRobotFeedback) -> None:
+        """An arm's seed velocity is not measured here."""
+
+    def ready(self, stamp_s: float) -> bool:
+        """The sander's answer to the tick before is here."""
+        unheard = self._report is None or self._last_tick_s is None
+        return unheard or self._report_s >= (self._last_tick_s or 0.0) - 1e-4
+
+    def acknowledge(self, stamp_s: float) -> None:
+        """Tell the sander how many messages it must have had before it works on this tick."""
+        if self._ack is not None:
+            ack = StepAck(node="multi_robot_controls_server", commands_sent=self._outbox.sent)
+            ack.header.stamp = rospy.Time.from_sec(stamp_s)
+            self._ack.publish(ack)
+
+    def reset(self) -> None:
+        """Forget goal, report and counts."""
+        self._action, self._report, self._report_s = "", None, -1.0
+        self._last_tick_s = None
+        self._outbox.sent = 0
+
+    def close(self) -> None:
+        """Withdraw all topics."""
+        self._status.unregister()
+        self._outbox.close()
+        if self._ack is not None:
+            self._ack.unregister()
+
+    def _press(self, button: Button) -> None:
+        joy = Joy(axes=[0.0] * JOY_AXES, buttons=[int(b is button) for b in Button])
+        joy.header.stamp = rospy.Time.now()
+        self._outbox.send(self._joy, joy)
+
+    def _on_status(self, message: SanderStatus) -> None:
+        self._report = SanderReport(
+            state=SanderState(message.state),
+            enabled=message.enabled,
+            moving=message.moving,
+            lifted=message.lifted,
+            progress=message.progress,
+            reason=message.reason,
+            presses=message.presses,
+            switches=message.switches,
+        )
+        self._report_s = message.header.stamp.to_sec()
+        self._wake()

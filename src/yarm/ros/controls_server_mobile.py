@@ -1,0 +1,220 @@
+"""A mobile robot of the controls server: pose goals and CALIBRATION."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable, List, Optional, Tuple
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Pose, Twist
+from sensor_msgs.msg import JointState
+from shape_msgs.msg import SolidPrimitive
+from std_msgs.msg import Float64
+
+from yarm.control.base_controller import BaseCommand, BaseController, BaseGoal, Outcome
+from yarm.control.base_kinematics import Casters
+from yarm.control.footprint import Box, box_around, extent_in_cells
+from yarm.geometry.grid import GridSpec
+from yarm.geometry.poses import Pose2, transform_matrix, yaw_of_quaternion
+from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject
+from yarm.ros import names
+from yarm.ros.controls_server_params import ControlsServerParams
+from yarm.ros.controls_server_robots import End, Outbox, RobotUnit, SeedPose
+
+REGISTRY_WAIT_S = 3.0
+RESEND_S = 0.5
+CASTER_CHANGE_RAD = 1e-4
+
+
+class MobileUnit(RobotUnit):
+    """Drives one omnidirectional robot."""
+
+    kind = "Mobile"
+
+    def __init__(
+        self,
+        name: str,
+        params: ControlsServerParams,
+        registered: Callable[[str], Optional[RegisteredObject]],
+        wake: Callable[[], None],
+    ) -> None:
+        """Advertise and subscribe.
+
+        Args:
+            name: of the robot.
+            params: the server's.
+            registered: entry of the object registry by name.
+            wake: called when something a tick may wait for has come.
+        """
+        self._name = name
+        self._params = params
+        self._registered = registered
+        self._wake = wake
+        self._controller = BaseController(params)
+        self._calibration_s: Optional[float] = None
+        self._calibrating = False
+        self._casters: Optional[Casters] = None
+        self._casters_s = -math.inf
+        self._sent: Tuple[Optional[Casters], float] = (None, 0.0)
+        self._velocity = (0.0, 0.0, 0.0)
+        self._acceleration = (0.0, 0.0)
+        self._velocity_s = 0.0
+        self._outbox = Outbox()
+        self._cmd_vel = self._outbox.publisher(names.cmd_vel(name), Twist)
+        self._steer = [self._outbox.publisher(names.caster_command(name, caster), Float64) for caster in names.CASTERS]
+        self._joints = rospy.Subscriber(
+            names.joint_states(name), JointState, self._on_joints, queue_size=5, tcp_nodelay=True
+        )
+
+    def refusal(self, goal: MoveRobotGoal) -> str:
+        """Pose goals need a finite pose."""
+        if goal.action == "CALIBRATION":
+            return ""
+        position, q = goal.target.position, goal.target.orientation
+        values = (position.x, position.y, position.z, q.x, q.y, q.z, q.w)
+        norm = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
+        if not all(math.isfinite(v) for v in values) or abs(norm - 1.0) > 0.01:
+            return f"target {values} must be finite, with a quaternion of length 1 (it is {norm:.3f})"
+        return ""
+
+    def start(self, goal: MoveRobotGoal) -> None:
+        """Calibrate, or drive to the target."""
+        self._calibrating = goal.action == "CALIBRATION"
+        self._calibration_s = None
+        if not self._calibrating:
+            about_body = goal.action in ("True", "true", "TRUE")
+            self._controller.start(BaseGoal(target_pose(goal.target), about_body))
+
+    def cancel(self, reason: str) -> None:
+        """Zero velocity at once."""
+        self._calibrating = False
+        self._send(self._controller.stop(reason), self._sent[1])
+
+    def tick(self, pose: SeedPose, now_s: float) -> Optional[End]:
+        """One step of the controller."""
+        planar = Pose2(float(pose.position[0]), float(pose.position[1]), yaw_of_quaternion(pose.quaternion))
+        if self._calibrating:
+            return self._calibrate(now_s)
+        was_active = self._controller.active
+        if was_active and self._casters is None:
+            return self._without_casters(now_s)
+        command = self._controller.step(planar, self._casters or (0.0, 0.0, 0.0, 0.0), pose.stamp_s)
+        self._note_velocity(pose.stamp_s)
+        if not was_active:
+            return None
+        self._send(command, now_s)
+        if command.outcome is Outcome.ACTIVE:
+            return None
+        return command.outcome, command.reason
+
+    def hold(self) -> None:
+        """Zero velocity; the goal goes on with the next pose."""
+        if self._controller.active:
+            self._send(self._controller.pause(), self._sent[1])
+
+    def feedback(self, feedback: MoveRobotFeedback) -> None:
+        """Velocity and acceleration of the end effector."""
+        feedback.vx, feedback.vy = self._velocity[:2]
+        feedback.ax, feedback.ay = self._acceleration
+
+    def ready(self, stamp_s: float) -> bool:
+        """The casters' angles of this tick are here."""
+        return self._casters_s >= stamp_s - 1e-4
+
+    def reset(self) -> None:
+        """Forget goal, stamps and counts."""
+        self._calibrating = False
+        self._controller.reset()
+        self._casters, self._casters_s = None, -math.inf
+        self._sent, self._velocity_s = (None, 0.0), 0.0
+        self._outbox.sent = 0
+
+    def close(self) -> None:
+        """Withdraw all topics."""
+        self._joints.unregister()
+        self._outbox.close()
+
+    @property
+    def simulator_commands(self) -> int:
+        """Messages sent to the simulator so far."""
+        return self._outbox.sent
+
+    def _calibrate(self, now_s: float) -> Optional[End]:
+        if self._calibration_s is None:
+            self._calibration_s = now_s
+        entry = self._registered(self._name)
+        boxes = [] if entry is None else boxes_in_base(entry, self._name)
+        if boxes:
+            self._calibrating = False
+            area = ",".join(str(n) for n in extent_in_cells(boxes, GridSpec()))
+            return Outcome.SUCCEEDED, f"SPACE=XY/AREA={area}"
+        if now_s - self._calibration_s > REGISTRY_WAIT_S:
+            self._calibrating = False
+            return Outcome.ABORTED, f"{names.OBJECT_REGISTRY} has had no solids of {self._name} for {REGISTRY_WAIT_S} s"
+        return None
+
+    def _without_casters(self, now_s: float) -> Optional[End]:
+        if self._calibration_s is None:
+            self._calibration_s = now_s
+        if now_s - self._calibration_s <= REGISTRY_WAIT_S:
+            return None
+        reason = f"nothing on {names.joint_states(self._name)} for {REGISTRY_WAIT_S} s: caster angles are unknown"
+        self._controller.stop(reason, Outcome.ABORTED)
+        return Outcome.ABORTED, reason
+
+    def _on_joints(self, message: JointState) -> None:
+        angles = dict(zip(message.name, message.position))
+        try:
+            fl, fr, rl, rr = (angles[f"{caster}_caster_joint"] for caster in names.CASTERS)
+        except KeyError as missing:
+            rospy.logerr_throttle(10.0, f"{names.joint_states(self._name)} lacks {missing}: {list(message.name)}")
+            return
+        self._casters, self._casters_s = (fl, fr, rl, rr), message.header.stamp.to_sec()
+        self._wake()
+
+    def _send(self, command: BaseCommand, now_s: float) -> None:
+        last, last_s = self._sent
+        if command.casters is not None and (
+            last is None
+            or now_s - last_s > RESEND_S
+            or any(abs(a - b) > CASTER_CHANGE_RAD for a, b in zip(command.casters, last))
+        ):
+            for publisher, angle in zip(self._steer, command.casters):
+                self._outbox.send(publisher, Float64(angle))
+            self._sent = (command.casters, now_s)
+        twist = Twist()
+        twist.linear.x, twist.angular.z = command.drive_mps, command.yaw_rate_radps
+        self._outbox.send(self._cmd_vel, twist)
+
+    def _note_velocity(self, stamp_s: float) -> None:
+        velocity, dt_s = self._controller.velocity(), stamp_s - self._velocity_s
+        if dt_s > 1e-6:
+            ax, ay = ((new - old) / dt_s for new, old in zip(velocity[:2], self._velocity[:2]))
+            self._acceleration = (ax, ay)
+        self._velocity, self._velocity_s = velocity, stamp_s
+
+
+def target_pose(pose: Pose) -> Pose2:
+    """Pose in the plane of a geometry_msgs/Pose."""
+    q = pose.orientation
+    return Pose2(pose.position.x, pose.position.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
+
+
+def boxes_in_base(entry: RegisteredObject, name: str) -> List[Box]:
+    """Boxes around a robot's registered solids, in its base frame."""
+    boxes = []
+    for shape, pose, frame in zip(entry.shapes, entry.shape_poses, entry.shape_frames):
+        p, q = pose.position, pose.orientation
+        if frame == names.base_frame(name):
+            boxes.append(box_around(_half_extent(shape), transform_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
+    return boxes
+
+
+def _half_extent(shape: SolidPrimitive) -> np.ndarray:
+    if shape.type == SolidPrimitive.BOX:
+        return 0.5 * np.array(shape.dimensions)
+    if shape.type == SolidPrimitive.SPHERE:
+        return np.full(3, shape.dimensions[SolidPrimitive.SPHERE_RADIUS])
+    radius = shape.dimensions[SolidPrimitive.CYLINDER_RADIUS]
+    return np.array([radius, radius, 0.5 * shape.dimensions[SolidPrimitive.CYLINDER_HEIGHT]])

@@ -1,0 +1,27 @@
+"""Parameters of the controls server."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from yarm.control.base_params import BaseParams
+from yarm.params import param
+
+
+@dataclass(frozen=True)
+class ControlsServerParams(BaseParams):
+    """What ``config/multi_robot_controls_server.yaml`` holds."""
+
+    stale_s: float = param(1.0, "s", "a robot whose pose is older than this is stopped and its goal aborted", 0.1, 10.0)
+    hold_s: float = param(0.3, "s", "a robot whose pose is older than this stands still until it is fresh", 0.05, 5.0)
+    gone_s: float = param(1.0, "s", "a robot missing from the seeds for this long loses its action server", 0.1, 60.0)
+    feedback_hz: float = param(10.0, "Hz", "feedback of a goal under way", 0.5, 60.0)
+    manipulator_timeout_s: float = param(180.0, "s", "a manipulator's goal is given up after this", 5.0, 3600.0)
+    manipulator_area: str = param(
+        "11,29,17,32,0,10", "cells", "private area of the manipulator: x from, to, y from, to, z from, to"
+    )
+    sync: bool = param(
+        False, "", "lock-step: act on a tick only with everything that belongs to it, and acknowledge it"
+    )
+    sync_after: str = param("commander", "", "lock-step: node whose acknowledgement is awaited; empty for none")
+    sync_set_period_s: float = param(0.0333333, "s", "lock-step: time between two camera sets", 0.001, 1.0)
