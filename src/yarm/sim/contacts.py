@@ -1,0 +1,120 @@
+"""Ground truth: who touches whom, and who may."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Dict, List, Mapping, Tuple
+
+import pybullet
+
+Key = Tuple[int, int, int, int]
+
+
+class ContactKind(Enum):
+    """What a contact counts as."""
+
+    ALLOWED = "allowed"
+    SANDER_DEBRIS = "sander_debris"
+    FAILURE = "failure"
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a contact: the body's name and kind ("Floor" for the floor), and the link's name."""
+
+    body: str
+    kind: str
+    link: str
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact: point on the first body, metres, world; depth, metres, positive when the bodies overlap."""
+
+    a: Side
+    b: Side
+    point: Tuple[float, float, float]
+    depth_m: float
+    kind: ContactKind
+
+
+def contact_kind(a: Side, b: Side, goals: Mapping[str, str]) -> ContactKind:
+    """What a contact of these two sides counts as.
+
+    Allowed: fixed things among themselves; wheels and floor; an arm's base and the stand; debris and table, floor or other debris; the sander and
+    the workpiece; an end effector and the debris it was sent to. ``goals`` says to which debris each robot was sent;
+    while it is empty (nobody assigns tasks) an end effector may touch any debris. Sander and debris is counted apart.
+    """
+    if {a.kind, b.kind} <= {"Obstacle", "Floor"}:
+        return ContactKind.ALLOWED
+    for one, other in ((a, b), (b, a)):
+        if one.link.endswith("_wheel") and other.kind == "Floor":
+            return ContactKind.ALLOWED
+        if one.kind == "Manipulator" and one.link == "base_link" and other.body == "stand":
+            return ContactKind.ALLOWED
+        if one.link == "sander" and one.kind == "Manipulator":
+            if other.kind == "Debris":
+                return ContactKind.SANDER_DEBRIS
+            if other.link == "part":
+                return ContactKind.ALLOWED
+        if one.kind == "Debris" and (other.kind in ("Debris", "Floor") or other.body == "table"):
+            return ContactKind.ALLOWED
+        if one.link == "ee" and other.kind == "Debris" and goals.get(one.body, "" if goals else other.body) == other.body:
+            return ContactKind.ALLOWED
+    return ContactKind.FAILURE
+
+
+class ContactLog:
+    """The deepest contact of each pair of links since the log was last emptied."""
+
+    def __init__(self, client: int) -> None:
+        """Watch the bodies of a PyBullet client."""
+        self._client = client
+        self._sides: Dict[Tuple[int, int], Side] = {}
+        self._kinds: Dict[Key, ContactKind] = {}
+        self._deepest: Dict[Key, Tuple[float, Tuple[float, float, float]]] = {}
+        self.goals: Dict[str, str] = {}
+
+    def register(self, uid: int, name: str, kind: str, links: List[str]) -> None:
+        """Know a body; ``links`` by PyBullet's index, the root last."""
+        for index in range(-1, len(links) - 1):
+            self._sides[(uid, index)] = Side(name, kind, links[index])
+        self._kinds.clear()
+
+    def forget(self, uid: int) -> None:
+        """Forget a body that left."""
+        self._sides = {key: side for key, side in self._sides.items() if key[0] != uid}
+        self._kinds.clear()
+        self._deepest = {key: value for key, value in self._deepest.items() if uid not in (key[0], key[1])}
+
+    def set_goals(self, goals: Mapping[str, str]) -> None:
+        """Which debris each robot was sent to."""
+        if dict(goals) != self.goals:
+            self.goals = dict(goals)
+            self._kinds.clear()
+
+    def collect(self) -> None:
+        """Note the contacts of the physics step just done."""
+        for point in pybullet.getContactPoints(physicsClientId=self._client):
+            depth = -point[8]
+            if depth < 0.0:
+                continue
+            key = (point[1], point[2], point[3], point[4])
+            known = self._deepest.get(key)
+            if known is None or depth > known[0]:
+                self._deepest[key] = (depth, point[5])
+
+    def take(self) -> List[Contact]:
+        """The contacts since the last call, and start afresh."""
+        contacts = []
+        for key, (depth, position) in self._deepest.items():
+            a, b = self._sides.get((key[0], key[2])), self._sides.get((key[1], key[3]))
+            if a is None or b is None:
+                continue
+            kind = self._kinds.get(key)
+            if kind is None:
+                kind = self._kinds[key] = contact_kind(a, b, self.goals)
+            contacts.append(Contact(a, b, position, depth, kind))
+        self._deepest = {}
+        return contacts

@@ -1,0 +1,298 @@
+"""The simulated cell: physics on a fixed step, commands in, poses, contacts and clearances out."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+from dataclasses import dataclass
+from typing import Dict, Iterable, List, Mapping, Optional, Tuple
+
+import numpy as np
+import pybullet
+
+from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
+from yarm.params import param
+from yarm.sim.bodies import Body, FramedSolid, com_offset, link_names, load_floor
+from yarm.sim.contacts import Contact, ContactLog, ContactKind
+from yarm.sim.robots import Ankurbot, Arm
+from yarm.sim.scene import Scene, ThingSpec
+from yarm.sim.scene_events import PUSH_SPEED_MPS
+from yarm.sim.things import SpawnError, fixture_body, thing_body
+
+LOG = logging.getLogger(__name__)
+
+STEPS_PER_SECOND = 240
+STEPS_PER_TICK = 4
+TICK_S = STEPS_PER_TICK / STEPS_PER_SECOND
+OVERLAP_M = 0.002
+"""A body put into the cell may overlap another by this much (things at rest do), metres."""
+
+__all__ = ["SpawnError", "World", "WorldParams"]
+
+
+@dataclass(frozen=True)
+class WorldParams:
+    """Limits of the mobile robots' drives."""
+
+    wheel_speed_limit: float = param(5.0, "m/s", "greatest speed of a wheel over the floor", low=0.1, high=10.0)
+    wheel_acceleration: float = param(4.0, "m/s^2", "greatest change of a wheel's speed", low=0.5, high=8.0)
+    clearance_range: float = param(0.5, "m", "clearances beyond this count as infinite", low=0.05, high=5.0)
+
+
+@dataclass
+class _Push:
+    name: str
+    dx: float
+    dy: float
+    left_s: float
+
+
+@dataclass(frozen=True)
+class ClearanceReading:
+    """Least distance, metres, of a robot to the nearest body it must not touch; inf and "" when none is near."""
+
+    robot: str
+    nearest: str
+    distance_m: float
+
+
+class World:
+    """A PyBullet world without a window. Not thread-safe. Close it when done, or use it as a context manager."""
+
+    def __init__(self, scene: Scene, params: Optional[WorldParams] = None, gui: bool = False) -> None:
+        """Build the scene.
+
+        Raises:
+            SpawnError: bodies of the scene overlap; the message names them all.
+        """
+        self.scene = scene
+        self.params = params or WorldParams()
+        self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        self.steps = 0
+        self.robots: Dict[str, Ankurbot] = {}
+        self.arms: Dict[str, Arm] = {}
+        self.bodies: Dict[str, Body] = {}
+        self.version = 0
+        self._pushes: List[_Push] = []
+        self._poses: Dict[str, FloatArray] = {}
+        self._poses_step = -1
+        self.contacts = ContactLog(self._client)
+        self._prepare_engine()
+        self._populate()
+
+    def __enter__(self) -> World:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the engine."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    @property
+    def client(self) -> int:
+        """PyBullet's number of this world, for tests that ask the engine itself."""
+        return self._client
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time, nanoseconds."""
+        return self.steps * 1_000_000_000 // STEPS_PER_SECOND
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time, s."""
+        return self.steps / STEPS_PER_SECOND
+
+    def tick(self) -> List[str]:
+        """One tick: drive commands to the wheels, then STEPS_PER_TICK physics steps.
+
+        Returns:
+            names of robots whose yaw rate means nothing because their wheels are parallel.
+        """
+        limits = self.params
+        lost = [
+            name
+            for name, robot in self.robots.items()
+            if not robot.update(TICK_S, limits.wheel_acceleration, limits.wheel_speed_limit)
+        ]
+        for _ in range(STEPS_PER_TICK):
+            for arm in self.arms.values():
+                arm.update(1.0 / STEPS_PER_SECOND)
+            if self._pushes:
+                self._apply_pushes()
+            pybullet.stepSimulation(physicsClientId=self._client)
+            self.contacts.collect()
+            self.steps += 1
+        return lost
+
+    def run(self, seconds: float) -> None:
+        """Tick for a simulated time, s."""
+        for _ in range(round(seconds / TICK_S)):
+            self.tick()
+
+    def transforms(self) -> Mapping[str, FloatArray]:
+        """T_world_frame (4, 4) of every tf frame of every object."""
+        if self._poses_step != self.steps:
+            poses: Dict[str, FloatArray] = {}
+            for body in self.bodies.values():
+                poses.update(body.static_frames)
+                if body.kind == "Debris":
+                    poses[body.name] = self._root_pose(body.uids[0])
+            for robot in itertools.chain(self.robots.values(), self.arms.values()):
+                poses.update(robot.transforms())
+            self._poses, self._poses_step = poses, self.steps
+        return self._poses
+
+    def seed_xy(self) -> Dict[str, Tuple[float, float]]:
+        """Seed position x, y of each object, metres, world."""
+        poses = self.transforms()
+        return {
+            body.name: (float(poses[body.seed_frame][0, 3]), float(poses[body.seed_frame][1, 3]))
+            for body in self.bodies.values()
+        }
+
+    def clearances(self) -> List[ClearanceReading]:
+        """Least distance between each robot (and arm) and everything it must not touch."""
+        return [self._clearance(name) for name in (*self.robots, *self.arms)]
+
+    def spawn(self, spec: ThingSpec) -> None:
+        """Put debris, a target or an obstacle into the cell.
+
+        Raises:
+            SpawnError: the name is taken, or it would be inside another body; nothing changes then.
+        """
+        if spec.name in self.bodies or spec.name == "floor":
+            raise SpawnError(f"name {spec.name!r} is taken; in the cell: {', '.join(sorted(self.bodies))}")
+        body = thing_body(self._client, spec)
+        overlapping = [name for uid in body.uids for name in self._overlapping(uid)]
+        if overlapping:
+            for uid in body.uids:
+                pybullet.removeBody(uid, physicsClientId=self._client)
+            raise SpawnError(f"{spec.name} at ({spec.x:.3f}, {spec.y:.3f}, {spec.z:.3f}) is inside {overlapping[0]}")
+        self._add(body)
+
+    def delete(self, name: str) -> None:
+        """Take debris, a target or an obstacle out of the cell.
+
+        Raises:
+            SpawnError: no such object, or one that is bolted down or a robot.
+        """
+        body = self.bodies.get(name)
+        deletable = sorted(b.name for b in self.bodies.values() if self._deletable(b))
+        if body is None or not self._deletable(body):
+            why = "nobody of that name is in the cell" if body is None else f"a {body.kind} of the cell stays"
+            raise SpawnError(f"cannot delete {name!r}: {why}; deletable: {', '.join(deletable) or 'nothing'}")
+        for uid in body.uids:
+            self.contacts.forget(uid)
+            pybullet.removeBody(uid, physicsClientId=self._client)
+        del self.bodies[name]
+        self._pushes = [push for push in self._pushes if push.name != name]
+        self._poses_step = -1
+        self.version += 1
+
+    def push(self, name: str, dx_m: float, dy_m: float) -> bool:
+        """Push a debris along (dx, dy), metres; false when it is not in the cell."""
+        body = self.bodies.get(name)
+        distance = float(np.hypot(dx_m, dy_m))
+        if body is None or body.kind != "Debris" or distance == 0.0:
+            return False
+        self._pushes.append(_Push(name, dx_m / distance, dy_m / distance, distance / PUSH_SPEED_MPS))
+        return True
+
+    def failures(self) -> List[Contact]:
+        """Contacts that nobody may make, since contacts were last taken."""
+        return [contact for contact in self.contacts.take() if contact.kind is ContactKind.FAILURE]
+
+    def _deletable(self, body: Body) -> bool:
+        return body.kind in ("Debris", "Target") or (body.kind == "Obstacle" and body.name not in self.scene.fixtures)
+
+    def _prepare_engine(self) -> None:
+        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=1.0 / STEPS_PER_SECOND,
+            numSolverIterations=50,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
+        self._floor = load_floor(self._client)
+        self.contacts.register(self._floor, "floor", "Floor", ["floor"])
+
+    def _populate(self) -> None:
+        for name in self.scene.fixtures:
+            self._add(fixture_body(self._client, name))
+        for robot in self.scene.robots:
+            self.robots[robot.name] = Ankurbot(self._client, robot.name, robot.x, robot.y, robot.heading_rad)
+            self._add(self.robots[robot.name].body)
+        for arm in self.scene.arms:
+            self.arms[arm.name] = Arm(self._client, arm.name)
+            self._add(self.arms[arm.name].body)
+        for thing in self.scene.things:
+            self._add(thing_body(self._client, thing))
+        overlaps = self._all_overlaps()
+        if overlaps:
+            self.close()
+            raise SpawnError(f"scene {self.scene.name}: " + "; ".join(f"{a} overlaps {b}" for a, b in overlaps))
+
+    def _add(self, body: Body) -> None:
+        for uid in body.uids:
+            self.contacts.register(uid, body.name, body.kind, link_names(self._client, uid))
+        self.bodies[body.name] = body
+        self._poses_step = -1
+        self.version += 1
+
+    def _root_pose(self, uid: int) -> FloatArray:
+        position, quaternion = pybullet.getBasePositionAndOrientation(uid, physicsClientId=self._client)
+        pose: FloatArray = transform_matrix(position, quaternion) @ np.linalg.inv(com_offset(self._client, uid))
+        return pose
+
+    def _apply_pushes(self) -> None:
+        for push in self._pushes:
+            uid = self.bodies[push.name].uids[0]
+            (_, _, vz), spin = pybullet.getBaseVelocity(uid, physicsClientId=self._client)
+            velocity = [push.dx * PUSH_SPEED_MPS, push.dy * PUSH_SPEED_MPS, vz]
+            pybullet.resetBaseVelocity(uid, velocity, spin, physicsClientId=self._client)
+            push.left_s -= 1.0 / STEPS_PER_SECOND
+        self._pushes = [push for push in self._pushes if push.left_s > 0.0]
+
+    def _pair_distance(self, one: Iterable[int], other: Iterable[int], range_m: float) -> float:
+        least = np.inf
+        for a, b in itertools.product(one, other):
+            for point in pybullet.getClosestPoints(a, b, range_m, physicsClientId=self._client):
+                least = min(least, point[8])
+        return float(least)
+
+    def _clearance(self, name: str) -> ClearanceReading:
+        body = self.bodies[name]
+        nearest, least = "", np.inf
+        for other in self.bodies.values():
+            if other is body or not other.uids or self._may_touch(body, other):
+                continue
+            distance = self._pair_distance(body.uids, other.uids, self.params.clearance_range)
+            if distance < least:
+                nearest, least = other.name, distance
+        return ClearanceReading(name, nearest, float(least))
+
+    def _may_touch(self, body: Body, other: Body) -> bool:
+        """Whether a robot's distance to the other body says nothing about safety (its goal, an arm's part)."""
+        if body.kind == "Manipulator":
+            return other.name in self.scene.fixtures or other.kind == "Debris"
+        goals = self.contacts.goals
+        return other.kind == "Debris" and goals.get(body.name, "" if goals else other.name) == other.name
+
+    def _overlapping(self, uid: int) -> List[str]:
+        """Bodies, and the floor, that a body overlaps."""
+        others = [("floor", self._floor)] + [(b.name, u) for b in self.bodies.values() for u in b.uids]
+        return [name for name, other in others if other != uid and self._pair_distance([uid], [other], 0.0) < -OVERLAP_M]
+
+    def _all_overlaps(self) -> List[Tuple[str, str]]:
+        """Pairs of bodies that overlap, arm on stand apart."""
+        found = []
+        for a, b in itertools.combinations(self.bodies.values(), 2):
+            bolted = {a.kind, b.kind} == {"Manipulator", "Obstacle"} and "stand" in (a.name, b.name)
+            if not bolted and self._pair_distance(a.uids, b.uids, 0.0) < -OVERLAP_M:
+                found.append((a.name, b.name))
+        return found
