@@ -1,1 +1,30 @@
 """Task assignment and planning; NumPy and SciPy only."""
+
+from yarm.planning.params import PlannerParams, TaskParams
+from yarm.planning.types import (
+    FleetPlan,
+    FleetPlanner,
+    Goal,
+    PlanRequest,
+    PlanStatus,
+    Robot,
+    RobotPlan,
+    StepCheck,
+    Waypoint,
+)
+from yarm.planning.yarm_planner import YarmPlanner
+
+__all__ = [
+    "FleetPlan",
+    "FleetPlanner",
+    "Goal",
+    "PlanRequest",
+    "PlanStatus",
+    "PlannerParams",
+    "Robot",
+    "RobotPlan",
+    "StepCheck",
+    "TaskParams",
+    "Waypoint",
+    "YarmPlanner",
+]

@@ -1,0 +1,299 @@
+"""Configuration space of a fleet: where each end effector may stand, turn and go, as boards (docs/planning.md).
+
+A *pose* is (x, y, h): a column of the grid and an index into the robot's headings. All tables are made when first
+asked for and kept for the planning step; what depends on shapes alone is kept by ``ShapeCache`` for the next steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Callable, Dict, Optional, Sequence, Tuple, TypeVar
+
+from yarm.geometry import FloatArray, Mask, wrap_angle
+from yarm.planning.bitboard import Board, Layers, Layout, band, difference, dilated, intersection, overlap, shifted, union
+from yarm.planning.footprint import Shape, turn_samples
+
+T = TypeVar("T")
+Pose = Tuple[int, int, int]
+"""Column x, y of the end effector and index of the heading."""
+
+SAME_HEADING_RAD = math.radians(0.5)
+_HALF_TURN_RAD = math.radians(179.0)
+
+
+class ShapeCache:
+    """What shapes alone determine, kept from one planning step to the next; the oldest is forgotten first."""
+
+    def __init__(self, limit: int = 512) -> None:
+        """Empty, for at most ``limit`` entries."""
+        self._limit = limit
+        self._entries: OrderedDict[object, object] = OrderedDict()
+
+    def get(self, key: object, make: Callable[[], T]) -> T:
+        """The entry of a key, made on the first demand."""
+        if key in self._entries:
+            self._entries.move_to_end(key)
+        else:
+            self._entries[key] = make()
+            if len(self._entries) > self._limit:
+                self._entries.popitem(last=False)
+        return self._entries[key]  # type: ignore[return-value]
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._entries.clear()
+
+
+@dataclass(frozen=True)
+class Turns:
+    """Which turns a robot may make.
+
+    Attributes:
+        angles_rad: allowed turns relative to the present heading.
+        step_rad: largest angle between two samples of a turn's sweep.
+        rad_per_cell: angle that costs as much as one cell of travel.
+    """
+
+    angles_rad: Tuple[float, ...]
+    step_rad: float
+    rad_per_cell: float
+
+
+def headings_from(yaw_rad: float, turns: Turns, wanted_rad: Optional[float], limit: int = 36) -> Tuple[float, ...]:
+    """Every heading reachable by allowed turns, the present one first, and the wanted one at the end."""
+    headings = [wrap_angle(yaw_rad)]
+    for heading in headings:
+        for angle in turns.angles_rad:
+            new = wrap_angle(heading + angle)
+            if len(headings) < limit and all(abs(wrap_angle(new - other)) > SAME_HEADING_RAD for other in headings):
+                headings.append(new)
+    if wanted_rad is not None and all(abs(wrap_angle(wanted_rad - other)) > SAME_HEADING_RAD for other in headings):
+        headings.append(wrap_angle(wanted_rad))
+    return tuple(headings)
+
+
+class RobotSpace:
+    """Configuration space of one robot among things that do not move."""
+
+    def __init__(
+        self,
+        mask: Mask,
+        start: Pose,
+        headings: Tuple[float, ...],
+        turns: Turns,
+        obstacles: Layers,
+        layout: Layout,
+        resolution: FloatArray,
+        cache: ShapeCache,
+        wanted: Optional[int] = None,
+    ) -> None:
+        """Space of a robot whose mask holds at ``headings[0]``.
+
+        Args:
+            mask: present cells relative to the end effector's column.
+            start: present pose.
+            headings: see ``headings_from``.
+            turns: allowed turns.
+            obstacles: cells it must not overlap, the margin already added (see ``with_margin``).
+            layout: the boards' layout.
+            resolution: size of a cell, m.
+            cache: kept shapes.
+            wanted: index of a heading that may be reached by any turn; None for none.
+        """
+        self.start = start
+        self.headings = headings
+        self.turns = turns
+        self.obstacles = obstacles
+        self.layout = layout
+        self.wanted = wanted
+        self._resolution = resolution
+        self._cache = cache
+        self._key = (mask.cells.tobytes(), layout)
+        self.shape0: Shape = cache.get((self._key, "mask"), lambda: Shape.of_mask(mask, layout))
+        self._blocked: Dict[int, Board] = {}
+        self._turn_blocked: Dict[Tuple[int, int], Board] = {}
+        self._turn_angles: Dict[Tuple[int, int], Optional[float]] = {}
+
+    def shape(self, h: int) -> Shape:
+        """Shape at a heading."""
+        if h == 0:
+            return self.shape0
+        angle = wrap_angle(self.headings[h] - self.headings[0])
+        return self._turned((angle,))
+
+    def turn_shape(self, h: int, k: int) -> Shape:
+        """Union of the shapes while turning from one heading to another."""
+        first = wrap_angle(self.headings[h] - self.headings[0])
+        angle = wrap_angle(self.headings[k] - self.headings[h])
+        return self._turned(tuple(first + turn_samples(angle, self.turns.step_rad)))
+
+    def _turned(self, angles: Tuple[float, ...]) -> Shape:
+        key = (self._key, len(angles), round(angles[0], 6), round(angles[-1], 6))
+        return self._cache.get(key, lambda: self.shape0.turned(angles, self._resolution))
+
+    def turn_angle(self, h: int, k: int) -> Optional[float]:
+        """Angle of the turn between two headings, rad; None when it is not an allowed one."""
+        if (h, k) not in self._turn_angles:
+            angle = wrap_angle(self.headings[k] - self.headings[h])
+            allowed = any(abs(wrap_angle(angle - turn)) <= SAME_HEADING_RAD for turn in self.turns.angles_rad)
+            free_choice = k == self.wanted and abs(angle) < _HALF_TURN_RAD
+            self._turn_angles[h, k] = angle if h != k and (allowed or free_choice) else None
+        return self._turn_angles[h, k]
+
+    def blocked(self, h: int) -> Board:
+        """Columns where the robot cannot stand at a heading: something within the margin, or out of the volume."""
+        if h not in self._blocked:
+            shape = self.shape(h)
+            self._blocked[h] = shape.blocked_by(self.obstacles) | ~self._inside(shape, h == 0) & self.layout.field
+        return self._blocked[h]
+
+    def turn_blocked(self, h: int, k: int) -> Board:
+        """Columns where the robot cannot turn from one heading to another."""
+        if (h, k) not in self._turn_blocked:
+            shape = self.turn_shape(h, k)
+            blocked = shape.blocked_by(self.obstacles) | ~self._inside(shape, False) & self.layout.field
+            self._turn_blocked[h, k] = blocked | self.blocked(h) | self.blocked(k)
+        return self._turn_blocked[h, k]
+
+    def _inside(self, shape: Shape, as_at_start: bool) -> Board:
+        """Columns from which the shape lies in the volume, or no further outside than it does at the start."""
+        gx, gy, _ = self.layout.shape
+        x0, x1, y0, y1 = shape.bounds
+        low_x, high_x, low_y, high_y = -x0, gx - 1 - x1, -y0, gy - 1 - y1
+        if as_at_start:
+            x, y, _ = self.start
+            low_x, high_x = min(low_x, x), max(high_x, x)
+            low_y, high_y = min(low_y, y), max(high_y, y)
+        return self.layout.rectangle(max(low_x, 0), min(high_x, gx - 1), max(low_y, 0), min(high_y, gy - 1))
+
+    @property
+    def inside(self) -> Board:
+        """Columns from which the robot at its present heading lies fully in the volume."""
+        return self._inside(self.shape0, False)
+
+    def swept(self, a: Pose, b: Pose) -> Layers:
+        """Cells swept by a move: the turn at the first pose, then the straight way at the second one's heading."""
+        cells = self.shape(b[2]).swept(a[:2], b[:2])
+        if a[2] != b[2]:
+            cells = union(cells, self.turn_shape(a[2], b[2]).at(a[:2]))
+        return cells
+
+    def move_cost(self, a: Pose, b: Pose) -> float:
+        """Cost of a move, cells: straight distance and the turn's angle."""
+        cost = math.hypot(b[0] - a[0], b[1] - a[1])
+        if a[2] != b[2]:
+            cost += abs(wrap_angle(self.headings[b[2]] - self.headings[a[2]])) / self.turns.rad_per_cell
+        return cost
+
+    def pair_table(self, h: int, turn: Optional[int], other: RobotSpace, other_h: int) -> Board:
+        """Where this robot cannot stand at a heading (or turn from it) with another one at the layout's corner pose.
+
+        The other's end effector is at column (border, border); shift the board to move it (see ``near``).
+        """
+        theirs = other.shape(other_h)
+        border, stride = self.layout.border, self.layout.stride
+        key = ("pair", self._key, other._key, self._relative(h), turn and self._relative(turn), other._relative(other_h))
+
+        def make() -> Board:
+            mine = self.shape(h) if turn is None else self.turn_shape(h, turn)
+            return mine.blocked_by(tuple(shifted(layer, border * stride + border) for layer in theirs.grown))
+
+        return self._cache.get((key, turn is None), make)
+
+    def _relative(self, h: int) -> float:
+        return round(wrap_angle(self.headings[h] - self.headings[0]), 6)
+
+
+class View:
+    """One robot's space with other robots standing in it: what a search looks at."""
+
+    def __init__(self, space: RobotSpace, others: Sequence[Tuple[RobotSpace, Pose]], near: Sequence[Layers] = ()) -> None:
+        """The space of a robot.
+
+        Args:
+            space: among things that do not move.
+            others: other robots and where they stand.
+            near: further obstacles, the margin already added.
+        """
+        self.space = space
+        self._others = others
+        self._near = near
+        self._blocked: Dict[int, Board] = {}
+        self._turn_blocked: Dict[Tuple[int, int], Board] = {}
+
+    def blocked(self, h: int) -> Board:
+        """Columns where the robot cannot stand."""
+        if h not in self._blocked:
+            self._blocked[h] = self.space.blocked(h) | self._by_others(h, None)
+        return self._blocked[h]
+
+    def turn_blocked(self, h: int, k: int) -> Board:
+        """Columns where the robot cannot turn."""
+        if (h, k) not in self._turn_blocked:
+            self._turn_blocked[h, k] = self.space.turn_blocked(h, k) | self._by_others(h, k)
+        return self._turn_blocked[h, k]
+
+    def _by_others(self, h: int, turn: Optional[int]) -> Board:
+        space, border = self.space, self.space.layout.border
+        board = 0
+        for other, (x, y, other_h) in self._others:
+            table = space.pair_table(h, turn, other, other_h)
+            board |= shifted(table, (x - border) * space.layout.stride + y - border)
+        for layers in self._near:
+            shape = space.shape(h) if turn is None else space.turn_shape(h, turn)
+            board |= shape.blocked_by(layers)
+        return board
+
+    def stands(self, pose: Pose) -> bool:
+        """Whether the robot can stand at a pose."""
+        gx, gy, _ = self.space.layout.shape
+        if not (0 <= pose[0] < gx and 0 <= pose[1] < gy):
+            return False
+        return not self.blocked(pose[2]) >> self.space.layout.bit(pose[0], pose[1]) & 1
+
+    def turns(self, x: int, y: int, h: int, k: int) -> bool:
+        """Whether the robot can turn from one heading to another at a column."""
+        if h == k:
+            return True
+        if self.space.turn_angle(h, k) is None:
+            return False
+        return not self.turn_blocked(h, k) >> self.space.layout.bit(x, y) & 1
+
+    def line(self, ax: int, ay: int, bx: int, by: int, h: int) -> bool:
+        """Whether the robot can go straight between two columns of the grid at a heading."""
+        layout = self.space.layout
+        stride = layout.stride
+        low = layout.bit(ax if ax < bx else bx, ay if ay < by else by)
+        return not (self.blocked(h) >> low) & band(bx - ax, by - ay, stride)
+
+    def move(self, a: Pose, b: Pose) -> bool:
+        """Whether a move is free: the turn at the first pose, then the straight way at the second one's heading."""
+        return self.turns(a[0], a[1], a[2], b[2]) and self.line(a[0], a[1], b[0], b[1], b[2])
+
+
+def with_margin(occupied: Layers, present: Layers, stride: int) -> Layers:
+    """Obstacles with a margin of one cell, for a robot whose present cells are given.
+
+    Its own cells are no obstacle. What is within the margin already at the start keeps no margin, so that the robot is
+    not locked in for ever; it is still an obstacle.
+    """
+    others = difference(occupied, present)
+    close = intersection(others, dilated(present, stride))
+    return union(dilated(difference(others, close), stride), close) if any(close) else dilated(others, stride)
+
+
+def close_pair(one: RobotSpace, other: RobotSpace) -> bool:
+    """Whether two robots stand within the margin of each other at their start poses."""
+    return overlap(one.shape0.at(one.start[:2]), dilated(other.shape0.at(other.start[:2]), one.layout.stride))
+
+
+def present_layers(space: RobotSpace) -> Layers:
+    """Cells of a robot at its start."""
+    return space.shape0.at(space.start[:2])
+
+
+def margin_around(space: RobotSpace, other: RobotSpace) -> Layers:
+    """A robot that stands at its start as an obstacle for another one that may start within its margin."""
+    return with_margin(present_layers(other), present_layers(space), space.layout.stride)

@@ -1,0 +1,89 @@
+"""From an order of single moves to what the robots do now, at the same time, without touching."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Optional, Sequence, Tuple
+
+from yarm.planning.bitboard import Layers, dilated, overlap
+from yarm.planning.cspace import Pose
+from yarm.planning.fleet import Fleet, Move, Poses
+
+
+def valid(fleet: Fleet, moves: Sequence[Move]) -> bool:
+    """Whether moves, made one after the other from where the robots stand, touch nothing and end on the targets."""
+    poses: Poses = fleet.starts
+    for move in moves:
+        if poses[move.robot] != move.start or not fleet.view(move.robot, poses).move(move.start, move.end):
+            return False
+        poses = (*poses[: move.robot], move.end, *poses[move.robot + 1 :])
+    return all(fleet.satisfied(i, pose) for i, pose in enumerate(poses))
+
+
+def path_of(fleet: Fleet, moves: Sequence[Move], i: int) -> Tuple[Pose, ...]:
+    """Poses of one robot, from where it stands."""
+    return (fleet.starts[i], *(move.end for move in moves if move.robot == i))
+
+
+class StepChoice:
+    """Which of the moves may be made at once.
+
+    The order of two moves matters only when what they sweep is not disjoint (with the margin). So a robot's next move
+    may be made now when it is disjoint from every earlier unfinished move of the others; then any two robots that move
+    now are disjoint, and the moves left still follow the order wherever it matters.
+    """
+
+    def __init__(self, fleet: Fleet, moves: Sequence[Move], least_cells: int) -> None:
+        """Moves of a fleet; a robot that must wait moves up to the conflict when that is ``least_cells`` or more."""
+        self._fleet = fleet
+        self.moves = list(moves)
+        self._least = least_cells
+        self._swept: Dict[Move, Layers] = {}
+        self._grown: Dict[Move, Layers] = {}
+
+    def choose(self) -> Dict[int, Pose]:
+        """End of the move each robot makes now; robots not named stay. ``moves`` may have been split for it."""
+        chosen: Dict[int, Pose] = {}
+        seen = set()
+        index = 0
+        while index < len(self.moves):
+            move = self.moves[index]
+            if move.robot not in seen:
+                seen.add(move.robot)
+                end = self._possible(index)
+                if end is not None:
+                    chosen[move.robot] = end
+            index += 1
+        return chosen
+
+    def _possible(self, index: int) -> Optional[Pose]:
+        move = self.moves[index]
+        earlier = [other for other in self.moves[:index] if other.robot != move.robot]
+        if not any(self._conflict(move, other) for other in earlier):
+            return move.end
+        if move.start[2] != move.end[2]:
+            return None
+        for tenths in (8, 6, 4, 2):
+            split = self._split(index, tenths / 10.0)
+            if split and not any(self._conflict(split[0], other) for other in earlier):
+                trial = [*self.moves[:index], *split, *self.moves[index + 1 :]]
+                if valid(self._fleet, trial):
+                    self.moves = trial
+                    return split[0].end
+        return None
+
+    def _split(self, index: int, fraction: float) -> List[Move]:
+        move = self.moves[index]
+        (ax, ay, _), (bx, by, h) = move.start, move.end
+        dx, dy = round((bx - ax) * fraction), round((by - ay) * fraction)
+        if max(abs(dx), abs(dy)) < self._least or (dx, dy) == (bx - ax, by - ay):
+            return []
+        middle = (ax + dx, ay + dy, h)
+        return [Move(move.robot, move.start, middle), Move(move.robot, middle, move.end)]
+
+    def _conflict(self, one: Move, other: Move) -> bool:
+        if one not in self._swept:
+            self._swept[one] = self._fleet.spaces[one.robot].swept(one.start, one.end)
+        if other not in self._grown:
+            swept = self._fleet.spaces[other.robot].swept(other.start, other.end)
+            self._grown[other] = dilated(swept, self._fleet.spaces[other.robot].layout.stride)
+        return overlap(self._swept[one], self._grown[other])

@@ -1,0 +1,34 @@
+"""Parameters of the planners and of the task queue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Tuple
+
+from yarm.params import param
+
+
+@dataclass(frozen=True)
+class PlannerParams:
+    """What can be chosen about YARM (both variants)."""
+
+    particles: int = param(333, "", "number of particles; in narrow places up to narrow_factor times denser", 1, 100000)
+    narrow_factor: float = param(3.0, "", "density of particles in narrow places over that in the open", 1.0, 20.0)
+    iteration_limit: int = param(500, "", "rounds of the search over the fleet before TIMEOUT", 1, 1000000)
+    turns_deg: Tuple[float, ...] = param(
+        (0.0, 90.0, -90.0), "deg", "turns about the end effector allowed before a translation", -180.0, 180.0
+    )
+    turn_step_deg: float = param(1.0, "deg", "largest angle between two samples of a turn's sweep", 0.1, 2.0)
+    turn_deg_per_cell: float = param(10.0, "deg", "angle whose cost equals one cell of travel", 0.1, 1000.0)
+    keep_gain: float = param(0.95, "", "a new plan replaces a valid remembered one below this share of its cost", 0.1, 1.0)
+    least_step_cells: int = param(3, "cells", "a waiting robot moves up to a conflict only if at least this far", 1, 1000)
+
+
+@dataclass(frozen=True)
+class TaskParams:
+    """What can be chosen about the task queue."""
+
+    turns_deg: Tuple[float, ...] = param(
+        (0.0, 90.0, -90.0), "deg", "turns about the end effector that a robot may use to reach a goal", -180.0, 180.0
+    )
+    same_goal_m: float = param(0.30, "m", "a goal that moved further than this is reported as moved", 0.0, 10.0)

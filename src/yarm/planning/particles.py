@@ -1,0 +1,91 @@
+"""Particles: the columns a search may use as waypoints."""
+
+from __future__ import annotations
+
+import math
+from typing import Optional, Tuple
+
+import numpy as np
+
+from yarm.geometry import BoolArray, FloatArray, IntArray
+
+_PLASTIC = 1.32471795724474602596
+"""The plastic number: its powers give the most even additive sequence in the plane (R2)."""
+
+
+def cell_order(shape: Tuple[int, int], rng: Optional[np.random.Generator] = None) -> IntArray:
+    """Every column of a grid once, so that each beginning of the list covers the grid evenly.
+
+    The R2 sequence visits the cells; a cell visited before is left out, and those the sequence has not met after many
+    rounds follow in row order.
+
+    Args:
+        shape: columns along x and y.
+        rng: shifts the sequence by a random offset; None for no offset.
+
+    Returns:
+        (gx * gy, 2) columns.
+    """
+    gx, gy = shape
+    count = gx * gy
+    offset = np.array([0.5, 0.5]) if rng is None else rng.random(2)
+    index = np.arange(1, 6 * count + 1)[:, None]
+    points = (offset + index * np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])) % 1.0
+    cells = (points * (gx, gy)).astype(np.int64)
+    flat = np.concatenate([cells[:, 0] * gy + cells[:, 1], np.arange(count)])
+    _, first = np.unique(flat, return_index=True)
+    ordered = flat[np.sort(first)]
+    return np.stack([ordered // gy, ordered % gy], axis=-1)
+
+
+def even_particles(order: IntArray, n: int, narrow: BoolArray, factor: float, blocked: BoolArray) -> IntArray:
+    """The first n columns of an order that are of use, and as many more in narrow places as make them denser there.
+
+    Args:
+        order: (m, 2) columns, see ``cell_order``.
+        n: number wanted if the whole grid were open.
+        narrow: (gx, gy) columns where free space is narrow.
+        factor: density there over the density elsewhere, at least 1.
+        blocked: (gx, gy) columns nobody can use.
+
+    Returns:
+        (k, 2) distinct columns, none of them blocked; fewer in a cluttered grid, since what is blocked gets none.
+    """
+    x, y = order[:, 0], order[:, 1]
+    reach = np.where(narrow[x, y], math.ceil(n * factor), n)
+    chosen: IntArray = order[(np.arange(len(order)) < reach) & ~blocked[x, y]]
+    return chosen
+
+
+def narrow_columns(free: BoolArray, reach: int = 3) -> BoolArray:
+    """Free columns with something blocked within ``reach`` on both sides along x, or along y (the bridge test)."""
+    gx, gy = free.shape
+    padded = np.zeros((gx + 2 * reach, gy + 2 * reach), dtype=np.bool_)
+    padded[reach : reach + gx, reach : reach + gy] = free
+    sides = []
+    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        hit = np.zeros_like(free)
+        for k in range(1, reach + 1):
+            hit |= ~padded[reach + k * dx : reach + k * dx + gx, reach + k * dy : reach + k * dy + gy]
+        sides.append(hit)
+    narrow: BoolArray = free & ((sides[0] & sides[1]) | (sides[2] & sides[3]))
+    return narrow
+
+
+def random_particles(n: int, shape: Tuple[int, int], rng: np.random.Generator) -> IntArray:
+    """The original's draw: n independent random columns (n, 2), repeated ones left in."""
+    return rng.integers(0, np.asarray(shape), size=(n, 2))
+
+
+def threshold_particles(shape: Tuple[int, int, int], threshold: float = 5.0) -> int:
+    """The original's number of particles from a threshold t: gx gy gz / (30 t), at least 1."""
+    if not (math.isfinite(threshold) and threshold > 0.0):
+        raise ValueError(f"threshold {threshold} must be a positive number")
+    return max(1, int(np.prod(shape) / (30.0 * threshold)))
+
+
+def largest_pocket(particles: IntArray, shape: Tuple[int, int]) -> float:
+    """Radius, cells, of the largest circle around a column that holds no particle: a measure of evenness."""
+    grid = np.stack(np.meshgrid(np.arange(shape[0]), np.arange(shape[1]), indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    distances: FloatArray = np.linalg.norm(grid - particles[None, :, :], axis=-1).min(axis=1)
+    return float(distances.max())

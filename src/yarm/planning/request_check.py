@@ -1,0 +1,146 @@
+"""What is wrong with a request, robot by robot, in sentences a person can act on."""
+
+from __future__ import annotations
+
+import math
+from typing import Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+
+from yarm.geometry import BoolArray, IntArray
+from yarm.planning.types import FleetPlan, Goal, PlanRequest, PlanStatus, Robot, RobotPlan
+
+Fault = Tuple[PlanStatus, str]
+
+_SEVERITY = {
+    PlanStatus.SOLVED: 0,
+    PlanStatus.TIMEOUT: 1,
+    PlanStatus.INFEASIBLE: 2,
+    PlanStatus.INVALID_GOAL: 3,
+    PlanStatus.INVALID_START: 4,
+}
+
+
+def world_fault(request: PlanRequest) -> str:
+    """What makes the whole request unusable; empty when nothing does."""
+    grid = np.asarray(request.grid)
+    if grid.shape != tuple(request.spec.shape):
+        return f"grid of shape {grid.shape} does not have the {request.spec.shape} cells of its specification"
+    if request.forbidden is not None and np.asarray(request.forbidden).shape != tuple(request.spec.shape[:2]):
+        return f"forbidden columns of shape {np.asarray(request.forbidden).shape} must be {request.spec.shape[:2]}"
+    names = [robot.name for robot in request.robots]
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        return f"robot names must be unique; more than one is called {', '.join(doubled)}"
+    unknown = sorted(set(request.assignments) - set(names))
+    if unknown:
+        return f"goals are assigned to robots that are not there: {', '.join(unknown)}"
+    return ""
+
+
+def robot_fault(robot: Robot, request: PlanRequest) -> Optional[Fault]:
+    """What makes a robot unusable."""
+    gx, gy, gz = request.spec.shape
+    cells = np.asarray(robot.mask.cells)
+    if cells.ndim != 2 or cells.shape[1:] != (3,) or len(cells) == 0:
+        return PlanStatus.INVALID_START, f"{robot.name} has no cells (mask of shape {cells.shape}, not (n, 3))"
+    extent = cells.max(axis=0) - cells.min(axis=0) + 1
+    if np.any(extent > (gx, gy, gz)) or np.abs(cells[:, :2]).max() > gx + gy:
+        return PlanStatus.INVALID_START, f"{robot.name} is {tuple(extent.tolist())} cells, larger than the grid"
+    numbers = [robot.yaw_rad, *(robot.position_m or ()), *(float(value) for value in robot.column)]
+    if not all(math.isfinite(number) for number in numbers):
+        return PlanStatus.INVALID_START, f"{robot.name} has a pose that is not finite"
+    if not (0 <= robot.column[0] < gx and 0 <= robot.column[1] < gy):
+        where = f"({robot.column[0]}, {robot.column[1]})"
+        return PlanStatus.INVALID_START, f"{robot.name} has its end effector in column {where}, outside the grid"
+    return None
+
+
+def start_collision(robot: Robot, request: PlanRequest) -> Optional[Fault]:
+    """Which object a robot overlaps where it stands."""
+    cells = robot.cells
+    cells = cells[request.spec.contains(cells)]
+    mine = np.unique(request.spec.ravel(cells))
+    for name, theirs in request.objects.items():
+        if name in request.goals or len(theirs) == 0:
+            continue
+        inside = np.asarray(theirs)[request.spec.contains(theirs)]
+        both = np.intersect1d(mine, request.spec.ravel(inside))
+        if len(both):
+            cell = tuple(int(v) for v in request.spec.unravel(both[:1])[0])
+            return PlanStatus.INVALID_START, f"{robot.name} overlaps {name} in {len(both)} cells, one is {cell}"
+    return None
+
+
+def goal_fault(robot: Robot, request: PlanRequest) -> Optional[Fault]:
+    """What makes the goal of a robot unusable, whatever the robot's way."""
+    name = request.assignments[robot.name]
+    goal = request.goals.get(name)
+    if goal is None:
+        return PlanStatus.INVALID_GOAL, f"{robot.name} is assigned to {name}, which is not among the goals"
+    gx, gy, _ = request.spec.shape
+    if not all(math.isfinite(float(value)) for value in goal.column):
+        return PlanStatus.INVALID_GOAL, f"{name} has a column that is not finite"
+    if not (0 <= goal.column[0] < gx and 0 <= goal.column[1] < gy):
+        return PlanStatus.INVALID_GOAL, f"{name} is in column {tuple(goal.column)}, outside the {gx} x {gy} columns"
+    if goal.yaw_rad is not None and not math.isfinite(goal.yaw_rad):
+        return PlanStatus.INVALID_GOAL, f"{name} wants a heading that is not finite"
+    return None
+
+
+def assigned_goal(robot: Robot, request: PlanRequest) -> Optional[Goal]:
+    """The goal of a robot; None when it has none."""
+    name = request.assignments.get(robot.name)
+    return None if name is None else request.goals.get(name)
+
+
+def robotless_grid(request: PlanRequest, robots: Sequence[Robot]) -> BoolArray:
+    """Boolean grid (gx, gy, gz) without the cells of some robots and of goals that are assigned."""
+    occupied: BoolArray = np.asarray(request.grid) != 0
+    cleared = [np.asarray(robot.cells).reshape(-1, 3) for robot in robots]
+    for name in request.assignments.values():
+        goal = request.goals.get(name)
+        if goal is not None and len(goal.cells):
+            cleared.append(np.asarray(goal.cells, dtype=np.int64).reshape(-1, 3))
+    for cells in cleared:
+        inside = cells[request.spec.contains(cells)]
+        occupied[inside[:, 0], inside[:, 1], inside[:, 2]] = False
+    return occupied
+
+
+def objects_at(cells: IntArray, request: PlanRequest, limit: int = 3) -> str:
+    """Names of the objects that own some of the cells (n, 3), for a reason; "the map" when none does."""
+    if len(cells) == 0:
+        return "the border of the volume"
+    inside = cells[request.spec.contains(cells)]
+    wanted = np.unique(request.spec.ravel(inside))
+    names = []
+    for name, theirs in request.objects.items():
+        own = np.asarray(theirs).reshape(-1, 3)
+        own = own[request.spec.contains(own)]
+        if len(np.intersect1d(wanted, request.spec.ravel(own))):
+            names.append(name)
+    names += [f"robot {r.name}" for r in request.robots if _shares(r.cells, wanted, request)]
+    return ", ".join(names[:limit]) or "something unknown"
+
+
+def _shares(cells: IntArray, wanted: IntArray, request: PlanRequest) -> bool:
+    inside = cells[request.spec.contains(cells)]
+    return bool(len(np.intersect1d(wanted, request.spec.ravel(inside))))
+
+
+def worst(plans: Mapping[str, RobotPlan]) -> Tuple[PlanStatus, str]:
+    """Worst status of some plans and the reason that goes with it."""
+    status, reason = PlanStatus.SOLVED, ""
+    for plan in plans.values():
+        if _SEVERITY[plan.status] > _SEVERITY[status]:
+            status, reason = plan.status, plan.reason
+    return status, reason
+
+
+def refused(request: PlanRequest, reason: str) -> FleetPlan:
+    """The answer to a request that cannot be used at all."""
+    plans = {
+        name: RobotPlan(name, goal, PlanStatus.INVALID_START, reason) for name, goal in request.assignments.items()
+    }
+    return FleetPlan(PlanStatus.INVALID_START, reason, plans)

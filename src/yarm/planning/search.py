@@ -1,0 +1,352 @@
+"""One robot's way to its goal over the particles, any-angle, and through every cell when the particles do not do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
+
+from yarm.geometry import IntArray, wrap_angle
+from yarm.planning.bitboard import Board
+from yarm.planning.cost_queue import CostQueue
+from yarm.planning.cspace import Pose, View
+from yarm.planning.graph import Neighbours, nearest
+from yarm.planning.types import Column
+
+Path = Tuple[Pose, ...]
+State = Tuple[int, int]
+"""Particle and heading."""
+
+JOINED = 8
+"""Particles that start, goal and added particles are joined with, besides each other."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a path must end: a column, at one heading or at any."""
+
+    column: Column
+    heading: Optional[int] = None
+
+
+@dataclass(frozen=True, eq=False)
+class Roadmap:
+    """Particles (n, 2) and their Delaunay neighbours."""
+
+    particles: IntArray
+    columns: Tuple[Column, ...]
+    neighbours: Neighbours
+    edges: IntArray
+
+
+class _Graph:
+    """A roadmap with start, goal and added columns joined to it."""
+
+    def __init__(self, roadmap: Roadmap, extra: Sequence[Column]) -> None:
+        n = len(roadmap.columns)
+        self.columns: List[Column] = [*roadmap.columns, *extra]
+        self._neighbours = roadmap.neighbours
+        self._joined: Dict[int, List[int]] = {}
+        added = range(n, n + len(extra))
+        for i in added:
+            close = nearest(roadmap.particles, extra[i - n], JOINED)
+            self._joined[i] = [*close, *(j for j in added if j != i)]
+            for j in close:
+                self._joined.setdefault(j, []).append(i)
+        self._n = n
+
+    def neighbours(self, i: int) -> Sequence[int]:
+        own: Sequence[int] = self._neighbours[i] if i < self._n else ()
+        joined = self._joined.get(i)
+        return own if joined is None else [*joined, *own]
+
+
+def search(view: View, roadmap: Roadmap, start: Pose, target: Target, extra: Sequence[Column] = ()) -> Optional[Path]:
+    """Cheapest any-angle way over the roadmap: A* in which a particle may be reached straight from a grandparent.
+
+    Args:
+        view: the robot's configuration space.
+        roadmap: particles and graph.
+        start: present pose.
+        target: where to end.
+        extra: columns added to the graph.
+
+    Returns:
+        poses from start to target, each move free; None when the graph holds none.
+    """
+    return _Search(view, _Graph(roadmap, [start[:2], target.column, *extra]), len(roadmap.columns), start, target).run()
+
+
+class _Search:
+    def __init__(self, view: View, graph: _Graph, first: int, start: Pose, target: Target) -> None:
+        self._view, self._graph, self._target = view, graph, target
+        self._start: State = (first, start[2])
+        self._goal = first + 1
+        self._headings = range(len(view.space.headings))
+        self._cost: Dict[State, float] = {}
+        self._parent: Dict[State, State] = {}
+        self._best: Dict[State, float] = {}
+        self._queue: CostQueue[Tuple[float, State, State]] = CostQueue()
+
+    def run(self) -> Optional[Path]:
+        self._queue.push(0.0, (0.0, self._start, self._start))
+        while not self._queue.is_empty:
+            _, (cost, state, parent) = self._queue.pop()
+            if state in self._cost or not self._may_turn(parent, state):
+                continue
+            self._cost[state], self._parent[state] = cost, parent
+            if state[0] == self._goal and self._target.heading in (None, state[1]):
+                return self._path(state)
+            self._expand(state, cost)
+        return None
+
+    def _may_turn(self, parent: State, state: State) -> bool:
+        x, y = self._graph.columns[state[0]]
+        return parent[1] == state[1] or self._view.turns(x, y, parent[1], state[1])
+
+    def _expand(self, state: State, cost: float) -> None:
+        view, columns = self._view, self._graph.columns
+        node, h = state
+        x, y = columns[node]
+        up = self._parent[state]
+        if up[1] != h:
+            up = state
+        ux, uy = columns[up[0]]
+        up_cost = self._cost[up]
+        for other in self._graph.neighbours(node):
+            if (other, h) in self._cost:
+                continue
+            ox, oy = columns[other]
+            if view.line(ux, uy, ox, oy, h):
+                self._offer(up_cost + math.hypot(ox - ux, oy - uy), (other, h), up)
+            elif view.line(x, y, ox, oy, h):
+                self._offer(cost + math.hypot(ox - x, oy - y), (other, h), state)
+        for k in self._headings:
+            angle = view.space.turn_angle(h, k)
+            if angle is not None and (node, k) not in self._cost:
+                self._offer(cost + abs(angle) / view.space.turns.rad_per_cell, (node, k), state)
+
+    def _offer(self, cost: float, state: State, parent: State) -> None:
+        turning = parent[1] != state[1]
+        if not turning:
+            if cost >= self._best.get(state, math.inf):
+                return
+            self._best[state] = cost
+        self._queue.push(cost + self._left(state), (cost, state, parent))
+
+    def _left(self, state: State) -> float:
+        x, y = self._graph.columns[state[0]]
+        gx, gy = self._target.column
+        left = math.hypot(gx - x, gy - y)
+        if self._target.heading is not None and self._target.heading != state[1]:
+            space = self._view.space
+            angle = wrap_angle(space.headings[self._target.heading] - space.headings[state[1]])
+            left += abs(angle) / space.turns.rad_per_cell
+        return left
+
+    def _path(self, state: State) -> Path:
+        poses: List[Pose] = []
+        while True:
+            x, y = self._graph.columns[state[0]]
+            poses.append((x, y, state[1]))
+            if self._parent[state] == state:
+                return merged(poses[::-1])
+            state = self._parent[state]
+
+
+def merged(poses: Sequence[Pose]) -> Path:
+    """The same moves with a turn and the straight way after it made one move, and no pose twice in a row."""
+    result: List[Pose] = []
+    for pose in poses:
+        if result and pose == result[-1]:
+            continue
+        if len(result) >= 2 and result[-1][:2] == result[-2][:2] and pose[2] == result[-1][2]:
+            result[-1] = pose
+        else:
+            result.append(pose)
+    return tuple(result)
+
+
+def path_cost(view: View, path: Sequence[Pose]) -> float:
+    """Cost of a path, cells."""
+    return sum(view.space.move_cost(a, b) for a, b in zip(path, path[1:]))
+
+
+def shortened(view: View, path: Path, rounds: int = 4) -> Path:
+    """The path pulled tight along checked moves: corners left out, then corners shifted, while it gets shorter."""
+    poses = list(path)
+    cost = path_cost(view, poses)
+    for _ in range(rounds):
+        poses = _corners_shifted(view, _corners_left_out(view, poses))
+        new = path_cost(view, poses)
+        if new > cost - 1e-9:
+            break
+        cost = new
+    return tuple(poses)
+
+
+def _corners_left_out(view: View, poses: List[Pose]) -> List[Pose]:
+    travelled = [0.0]
+    for a, b in zip(poses, poses[1:]):
+        travelled.append(travelled[-1] + view.space.move_cost(a, b))
+    result = [poses[0]]
+    i = 0
+    while i < len(poses) - 1:
+        j = len(poses) - 1
+        while j > i + 1:
+            direct = view.space.move_cost(poses[i], poses[j])
+            if direct <= travelled[j] - travelled[i] + 1e-9 and view.move(poses[i], poses[j]):
+                break
+            j -= 1
+        result.append(poses[j])
+        i = j
+    return result
+
+
+def _corners_shifted(view: View, poses: List[Pose]) -> List[Pose]:
+    space = view.space
+    for step in (8, 4, 2, 1):
+        for i in range(1, len(poses) - 1):
+            a, b, c = poses[i - 1 : i + 2]
+            best = space.move_cost(a, b) + space.move_cost(b, c) - 1e-9
+            for dx in (-step, 0, step):
+                for dy in (-step, 0, step):
+                    trial = (b[0] + dx, b[1] + dy, b[2])
+                    cost = space.move_cost(a, trial) + space.move_cost(trial, c)
+                    if cost < best and view.stands(trial) and view.move(a, trial) and view.move(trial, c):
+                        best, poses[i] = cost - 1e-9, trial
+    return poses
+
+
+def flood(view: View, start: Pose, wanted: Callable[[int], Board]) -> Optional[Path]:
+    """Way through neighbouring cells, found by letting every reachable cell and heading be entered in order of cost.
+
+    Complete: None means that nothing wanted is reachable through any cell at any allowed heading.
+
+    Args:
+        view: the robot's configuration space.
+        start: present pose; taken as free.
+        wanted: board of the columns wanted at a heading.
+
+    Returns:
+        poses one cell or one turn apart, from start to the nearest wanted pose (four-neighbour distance).
+    """
+    return _Flood(view, start).run(wanted)
+
+
+def reachable(view: View, start: Pose) -> Dict[int, Board]:
+    """Every column reachable at each heading."""
+    flooding = _Flood(view, start)
+    flooding.run(lambda h: 0)
+    return flooding.reached
+
+
+class _Flood:
+    def __init__(self, view: View, start: Pose) -> None:
+        self._view, self._start = view, start
+        self._layout = view.space.layout
+        count = len(view.space.headings)
+        self.reached: Dict[int, Board] = {h: 0 for h in range(count)}
+        bit = 1 << self._layout.bit(start[0], start[1])
+        self.reached[start[2]] = bit
+        self._fronts: List[Dict[int, Board]] = [{start[2]: bit}]
+        self._turns: List[Tuple[int, int, int]] = []
+        for h in range(count):
+            for k in range(count):
+                angle = view.space.turn_angle(h, k)
+                if angle is not None:
+                    self._turns.append((h, k, max(1, round(abs(angle) / view.space.turns.rad_per_cell))))
+        self._longest = max([1, *(cost for _, _, cost in self._turns)])
+
+    def run(self, wanted: Callable[[int], Board]) -> Optional[Path]:
+        asked: Dict[int, Board] = {}
+        while any(self._fronts[-self._longest :]):
+            for h, front in self._fronts[-1].items():
+                if h not in asked:
+                    asked[h] = wanted(h)
+                if front & asked[h]:
+                    hit = front & asked[h]
+                    return self._way((hit & -hit).bit_length() - 1, h)
+            self._fronts.append(self._next())
+        return None
+
+    def _next(self) -> Dict[int, Board]:
+        stride, rings = self._layout.stride, len(self._fronts)
+        new: Dict[int, Board] = {}
+        for h, front in self._fronts[-1].items():
+            new[h] = (front << 1 | front >> 1 | front << stride | front >> stride) & ~self._view.blocked(h)
+        for h, k, cost in self._turns:
+            front = self._fronts[rings - cost].get(h, 0) if rings >= cost else 0
+            front &= ~self.reached[k]
+            if front:
+                new[k] = new.get(k, 0) | front & ~self._view.turn_blocked(h, k)
+        fresh = {}
+        for h, front in new.items():
+            front &= self._layout.field & ~self.reached[h]
+            if front:
+                fresh[h] = front
+                self.reached[h] |= front
+        return fresh
+
+    def _way(self, bit: int, h: int) -> Path:
+        stride, border = self._layout.stride, self._layout.border
+        ring = len(self._fronts) - 1
+        poses: List[Pose] = []
+        while True:
+            poses.append((bit // stride - border, bit % stride - border, h))
+            if ring == 0:
+                return tuple(poses[::-1])
+            ring, bit, h = self._before(ring, bit, h)
+
+    def _before(self, ring: int, bit: int, h: int) -> Tuple[int, int, int]:
+        front = self._fronts[ring - 1].get(h, 0)
+        for step in (1, -1, self._layout.stride, -self._layout.stride):
+            if front >> (bit + step) & 1:
+                return ring - 1, bit + step, h
+        for g, k, cost in self._turns:
+            if k == h and ring >= cost and self._fronts[ring - cost].get(g, 0) >> bit & 1:
+                x, y = bit // self._layout.stride - self._layout.border, bit % self._layout.stride - self._layout.border
+                if self._view.turns(x, y, g, h):
+                    return ring - cost, bit, g
+        raise AssertionError("every flooded cell has one before it")
+
+
+def find_path(view: View, roadmap: Roadmap, start: Pose, target: Target) -> Optional[Path]:
+    """A short way to a target: straight, else over the particles, else with particles added where these do not reach.
+
+    The particles added are the corners of a way found through every cell, so None means that there is no way at all.
+    """
+    headings = range(len(view.space.headings)) if target.heading is None else (target.heading,)
+    if not any(view.stands((*target.column, h)) for h in headings):
+        return None
+    if target.heading in (None, start[2]) and view.line(*start[:2], *target.column, start[2]):
+        return merged([start, (*target.column, start[2])])
+    path = search(view, roadmap, start, target)
+    if path is None:
+        path = _path_through_cells(view, roadmap, start, target)
+    return None if path is None else shortened(view, path)
+
+
+def _path_through_cells(view: View, roadmap: Roadmap, start: Pose, target: Target) -> Optional[Path]:
+    bit = 1 << view.space.layout.bit(*target.column)
+    way = flood(view, start, lambda h: bit if target.heading in (None, h) else 0)
+    if way is None:
+        return None
+    way = tuple(_corners_left_out(view, list(_runs(way))))
+    corners: List[Column] = []
+    seen: Set[Column] = set()
+    for x, y, _ in way[1:-1]:
+        if (x, y) not in seen:
+            seen.add((x, y))
+            corners.append((x, y))
+    found = search(view, roadmap, start, target, corners)
+    return way if found is None or path_cost(view, found) > path_cost(view, way) else found
+
+
+def _runs(way: Path) -> Path:
+    """Only the poses where a way of unit moves changes direction or turns."""
+    kept = [way[0]]
+    for before, pose, after in zip(way, way[1:], way[2:]):
+        if tuple(b - a for a, b in zip(before, pose)) != tuple(b - a for a, b in zip(pose, after)):
+            kept.append(pose)
+    return merged([*kept, way[-1]])
