@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Tuple
 
 from yarm.params import param
 
@@ -20,6 +21,9 @@ class CommanderParams:
         choices=("yarm", "original", "ma_astar", "ompl_rrtconnect", "ompl_prmstar", "ompl_bitstar"),
     )
     particles: int = param(333, "", "particles of the planner, at least", low=3, high=20000)
+    turns_deg: Tuple[float, ...] = param(
+        (0.0, 90.0, -90.0), "deg", "turns about the end effector that the planner may use", -180.0, 180.0
+    )
     arrival_tolerance_m: float = param(0.06, "m", "within this of a column's centre counts as there", low=0.0, high=0.2)
     heading_tolerance_deg: float = param(3.0, "deg", "within this of a heading counts as there", low=0.1, high=45.0)
     settle_s: float = param(1.0, "s", "association stays off at least this long, so that clouds are learnt", low=0.0)

@@ -1,0 +1,223 @@
+"""Node ``commander``: carries events to the Commander's core and does what it asks for.
+
+Event-driven: each ``planning_metadata`` is one step, together with everything that came since the last one. A thread
+wakes a few times a second of wall time only to notice silence.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from typing import Deque, Dict, List, Optional
+
+import numpy as np
+import rospy
+from std_msgs.msg import Int8
+
+from yarm.commander.machine import Commander
+from yarm.commander.messages import (
+    Action,
+    CancelGoal,
+    ClockReset,
+    DeleteObject,
+    Event,
+    Hold,
+    MapUpdate,
+    SanderState,
+    Say,
+    SendGoal,
+    ServerUpdate,
+    SetAssociation,
+    ShowPlan,
+    Tick,
+)
+from yarm.commander.mission import Tools
+from yarm.commander.params import CommanderParams
+from yarm.commander.requests import Request
+from yarm.msg import CommanderStatus, PlanReport, SafetyStatus, StepAck
+from yarm.planning.params import PlannerParams
+from yarm.planning.registry import make_planner
+from yarm.ros import names
+from yarm.ros.clock import ClockWatch
+from yarm.ros.commander_links import Links, delete_object
+from yarm.ros.commander_registry import RegistryWatch
+from yarm.ros.commander_reports import exact_time, plan_report, status_message
+from yarm.ros.conversions import MapSubscriber
+from yarm.ros.markers import MarkerBoard
+from yarm.ros.params import load_params
+from yarm.srv import StateChange, StateChangeRequest, StateChangeResponse
+
+WATCH_PERIOD_S = 0.2
+"""Wall time between two looks for silence, s."""
+SILENCE_S = 0.4
+"""Without a map for this long, wall time, the watch takes over from the maps, s."""
+STATUS_PERIOD_S = 1.0
+
+
+class CommanderNode:
+    """Ties topics, service and actions to the core."""
+
+    def __init__(self, params: CommanderParams) -> None:
+        """Subscribe and advertise; work goes on in callbacks."""
+        self._params = params
+        planner = make_planner(params.planner, PlannerParams(particles=params.particles, turns_deg=params.turns_deg))
+        tools = Tools(planner, np.random.default_rng(params.seed), time.perf_counter)
+        self._core = Commander(params, tools)
+        self._lock = threading.RLock()
+        self._inbox: Deque[Event] = deque()
+        self._links = Links(self._inbox.append)
+        self._kinds: Dict[str, str] = {}
+        self._sanders: Dict[str, rospy.Subscriber] = {}
+        self._held: Dict[str, str] = {}
+        self._last_map_wall_s = -1.0
+        self._shown: Optional[CommanderStatus] = None
+        self._association = rospy.Publisher(names.STATIC_ASSOCIATION_SWITCH, Int8, queue_size=1, latch=True)
+        self._status = rospy.Publisher(names.COMMANDER_STATUS, CommanderStatus, queue_size=10, latch=True)
+        self._report = rospy.Publisher(names.PLAN_REPORT, PlanReport, queue_size=100)
+        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._markers = MarkerBoard()
+        self._association.publish(Int8(data=0))
+        self._clock = ClockWatch()
+        self._clock.on_reset(self._on_clock_reset)
+        self._registry = RegistryWatch(self._on_registry)
+        self._safety = rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=10)
+        self._maps = MapSubscriber(self._on_map)
+        self._service = rospy.Service(names.COMMANDER_STATE, StateChange, self._on_request)
+
+    def spin(self) -> None:
+        """Notice silence until the node is shut down."""
+        while not rospy.is_shutdown():
+            time.sleep(WATCH_PERIOD_S)
+            if time.monotonic() - self._last_map_wall_s > SILENCE_S and not rospy.is_shutdown():
+                with self._lock:
+                    now_s = rospy.get_time()
+                    self._inbox.append(Tick())
+                    self._drain(now_s)
+                    self._show(now_s)
+
+    # Callbacks.
+
+    def _on_map(self, stamp_s: float) -> None:
+        with self._lock:
+            try:
+                cell_map = self._maps.newest()
+            except ValueError as error:
+                rospy.logerr_throttle(5.0, "%s", error)
+                return
+            if cell_map is None:
+                return
+            self._last_map_wall_s = time.monotonic()
+            self._inbox.append(MapUpdate(cell_map))
+            self._drain(cell_map.stamp_s)
+            self._show(cell_map.stamp_s)
+            if self._params.sync:
+                self._acknowledge(cell_map.stamp_s)
+
+    def _on_request(self, message: StateChangeRequest) -> StateChangeResponse:
+        with self._lock:
+            now_s = rospy.get_time()
+            request = Request(message.next_state, message.current_state, message.previous_state, message.jump_state)
+            reply, actions = self._core.request(request, now_s)
+            rospy.loginfo("request: %s", reply.message)
+            self._do(actions)
+            self._show(now_s)
+        return StateChangeResponse(reply.success, reply.message)
+
+    def _on_registry(self, update: Event) -> None:
+        with self._lock:
+            self._inbox.append(update)
+            self._kinds = dict(getattr(update, "kinds", {}))
+            self._links.follow([n for n, kind in sorted(self._kinds.items()) if kind in ("Mobile", "Manipulator")])
+            arms = [name for name, kind in self._kinds.items() if kind == "Manipulator"]
+            for name in [name for name in self._sanders if name not in arms]:
+                self._sanders.pop(name).unregister()
+            for name in [name for name in arms if name not in self._sanders]:
+                self._sanders[name] = rospy.Subscriber(
+                    names.sander_state(name),
+                    Int8,
+                    lambda m, arm=name: self._inbox.append(SanderState(arm, m.data)),  # type: ignore[misc]
+                    queue_size=10,
+                )
+
+    def _on_safety(self, message: SafetyStatus) -> None:
+        held = {name: message.reason for name, stopped in zip(message.robots, message.stopped) if stopped}
+        for name in held.keys() | self._held.keys():
+            if held.get(name) != self._held.get(name):
+                self._inbox.append(Hold(name, name in held, held.get(name, "")))
+        self._held = held
+
+    def _on_clock_reset(self) -> None:
+        with self._lock:
+            self._inbox.clear()
+            self._maps.clear()
+            self._links.reset()
+            self._inbox.append(ClockReset())
+            self._drain(rospy.get_time())
+            self._show(rospy.get_time())
+
+    # The core.
+
+    def _drain(self, now_s: float) -> None:
+        for robot, connected in self._links.connected().items():
+            if connected != (robot in self._core.world.connected):
+                self._do(self._core.step(ServerUpdate(robot, connected), now_s))
+        while self._inbox:
+            self._do(self._core.step(self._inbox.popleft(), now_s))
+
+    def _do(self, actions: "tuple[Action, ...]") -> None:
+        for action in actions:
+            if isinstance(action, SendGoal):
+                self._send(action)
+            elif isinstance(action, CancelGoal):
+                link = self._links.get(action.robot)
+                if link is not None:
+                    link.cancel(action)
+            elif isinstance(action, SetAssociation):
+                self._association.publish(Int8(data=1 if action.on else 0))
+            elif isinstance(action, DeleteObject):
+                delete_object(action.name, self._inbox.append)
+            elif isinstance(action, ShowPlan):
+                self._report.publish(plan_report(action, self._params.planner, self._stamp_s()))
+                self._markers.show_plan(action, self._core.world)
+            elif isinstance(action, Say):
+                (rospy.logwarn if action.level == "warn" else rospy.loginfo)("%s", action.text)
+
+    def _send(self, action: SendGoal) -> None:
+        link = self._links.get(action.robot)
+        found = self._core.world.map.objects.get(action.robot) if self._core.world.map is not None else None
+        if link is not None:
+            link.send(action, found.position_m[2] if found is not None else 0.0)
+
+    def _stamp_s(self) -> float:
+        return self._core.world.map.stamp_s if self._core.world.map is not None else 0.0
+
+    def _show(self, now_s: float) -> None:
+        status = self._core.status(now_s)
+        message = status_message(status, now_s)
+        shown = self._shown
+        if shown is None or not same_status(shown, message) or abs(now_s - shown.header.stamp.to_sec()) >= STATUS_PERIOD_S:
+            self._shown = message
+            self._status.publish(message)
+        self._markers.show_world(self._core.world, status, now_s)
+
+    def _acknowledge(self, stamp_s: float) -> None:
+        ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=self._links.sent)
+        ack.header.stamp = exact_time(stamp_s)
+        self._ack.publish(ack)
+
+
+def same_status(a: CommanderStatus, b: CommanderStatus) -> bool:
+    """Whether two messages say the same, but for times and distances."""
+
+    def key(message: CommanderStatus) -> List[object]:
+        tasks = [(t.robot, t.goal, t.kind, t.status, t.reason) for t in message.tasks]
+        return [message.state, message.busy, message.outcome, message.reason, tasks]
+
+    return key(a) == key(b)
+
+
+def main() -> None:
+    """Run the node until it is shut down."""
+    rospy.init_node("commander")
+    CommanderNode(load_params(CommanderParams)).spin()

@@ -1,0 +1,61 @@
+"""What the Commander reports, as messages."""
+
+from __future__ import annotations
+
+import rospy
+
+from yarm.commander.machine import Status
+from yarm.commander.messages import ShowPlan
+from yarm.msg import CommanderStatus, GridIndex, GridIndexVector, PlanReport, TaskStatus
+from yarm.ros import names
+
+
+def exact_time(stamp_s: float) -> rospy.Time:
+    """The stamp a time in seconds was read from, to the nanosecond (``from_sec`` cuts off, and may lose one)."""
+    return rospy.Time(0, max(0, round(stamp_s * 1e9)))
+
+
+def status_message(status: Status, now_s: float) -> CommanderStatus:
+    """CommanderStatus at a simulated time, s."""
+    message = CommanderStatus(
+        state=int(status.state),
+        state_name=status.state.name,
+        busy=status.busy,
+        outcome=status.outcome,
+        reason=status.reason,
+        elapsed_s=status.elapsed_s,
+    )
+    message.header.stamp = exact_time(now_s)
+    message.header.frame_id = names.WORLD_FRAME
+    message.tasks = [
+        TaskStatus(task.robot, task.goal, task.kind, task.status, task.reason, task.distance_left_m)
+        for task in status.tasks
+    ]
+    return message
+
+
+def plan_report(shown: ShowPlan, planner: str, stamp_s: float) -> PlanReport:
+    """PlanReport of one planning step."""
+    plan = shown.plan
+    report = PlanReport(
+        planner=planner,
+        status=plan.status.value,
+        reason=shown.refused or plan.reason,
+        planning_ms=plan.planning_ms,
+        check_ms=shown.check_ms,
+        safe=not shown.refused,
+        iterations=plan.iterations,
+        particles=len(plan.particles),
+    )
+    report.header.stamp = exact_time(stamp_s)
+    report.header.frame_id = names.WORLD_FRAME
+    for name, robot_plan in sorted(plan.robots.items()):
+        report.robots.append(name)
+        report.goals.append(robot_plan.goal)
+        report.statuses.append(robot_plan.status.value)
+        report.robot_ms.append(robot_plan.planning_ms)
+        report.length_cells.append(robot_plan.length_cells)
+        report.moves.append(name in shown.sent)
+        cells = [GridIndex(x=int(w.column[0]), y=int(w.column[1]), z=0) for w in robot_plan.path]
+        report.paths.append(GridIndexVector(indices=cells))
+    return report
