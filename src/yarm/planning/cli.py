@@ -1,0 +1,177 @@
+"""Command line: plan a scene, or step it to the end.
+
+    rosrun yarm plan_scene SCENE.yaml --planner yarm --steps --json
+    python3 -m yarm.planning scenes/planning/two_robots.yaml --plot out.png
+
+Exit code 0 solved, 2 infeasible, 3 timeout, 4 bad input (a wrong option or scene, an invalid start or goal).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any, Dict, List, NoReturn, Optional, Sequence, TextIO
+
+import numpy as np
+
+from yarm.params import ParamError, build
+from yarm.planning.assignment import assign_goals
+from yarm.planning.params import PlannerParams
+from yarm.planning.registry import PLANNER_NAMES, PlannerUnavailableError, make_planner
+from yarm.planning.scene import PlanScene
+from yarm.planning.scene_file import SceneError, load_scene
+from yarm.planning.stepping import SteppedRun, step_to_end
+from yarm.planning.types import FleetPlan, PlanStatus
+
+EXIT_CODES = {
+    PlanStatus.SOLVED: 0,
+    PlanStatus.INFEASIBLE: 2,
+    PlanStatus.TIMEOUT: 3,
+    PlanStatus.INVALID_START: 4,
+    PlanStatus.INVALID_GOAL: 4,
+}
+BAD_INPUT = 4
+
+
+class _UsageError(ValueError):
+    """The command line is wrong."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise _UsageError(message)
+
+
+def main(argv: Optional[Sequence[str]] = None, out: Optional[TextIO] = None, err: Optional[TextIO] = None) -> int:
+    """Run the command; gives the exit code.
+
+    Args:
+        argv: arguments without the program's name; those of the process unless given.
+        out: where results go; standard output unless given.
+        err: where faults go; standard error unless given.
+    """
+    stdout, stderr = out or sys.stdout, err or sys.stderr
+    try:
+        options = _parser().parse_args(argv)
+        params = _params(options)
+        scene = load_scene(options.scene)
+        if options.seed < 0:
+            raise _UsageError(f"--seed = {options.seed}: expected a whole number >= 0")
+        report, plan, run = _solve(scene, options, params)
+        if options.plot is not None:
+            _plot(options.plot, scene, plan, run, params)
+    except (_UsageError, SceneError, ParamError, PlannerUnavailableError, OSError) as error:
+        stderr.write(f"plan_scene: {error}\n")
+        return BAD_INPUT
+    stdout.write(json.dumps(report, indent=2) + "\n" if options.json else _text(report))
+    return EXIT_CODES[PlanStatus(report["status"])]
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="plan_scene", description="Plan a scene, or step it to the end as the Commander would.")
+    parser.add_argument("scene", type=Path, help="planning scene, YAML")
+    parser.add_argument("--planner", choices=PLANNER_NAMES, default="yarm", help="default: %(default)s")
+    parser.add_argument("--particles", help=f"number of particles; default: {PlannerParams().particles}")
+    parser.add_argument("--turns", help="turns about the end effector, degrees, for instance 0,90,-90")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random generator; default: %(default)s")
+    parser.add_argument(
+        "--steps", action="store_true", help="step the fleet to the end, planning again before each step"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw particles, graph, obstacles and paths")
+    return parser
+
+
+def _params(options: argparse.Namespace) -> PlannerParams:
+    values: Dict[str, Any] = {}
+    if options.particles is not None:
+        values["particles"] = _number(options.particles, int)
+    if options.turns is not None:
+        values["turns_deg"] = tuple(_number(part, float) for part in options.turns.split(","))
+    return build(PlannerParams, values, "options")
+
+
+def _number(text: str, kind: Any) -> Any:
+    try:
+        return kind(text)
+    except ValueError:
+        return text
+
+
+def _solve(scene: PlanScene, options: argparse.Namespace, params: PlannerParams) -> Any:
+    planner = make_planner(options.planner, params)
+    rng = np.random.default_rng(options.seed)
+    assignment = assign_goals(scene, params)
+    run: Optional[SteppedRun] = None
+    if options.steps:
+        run = step_to_end(scene, planner, rng, assignment.assignments)
+    plan = run.first if run is not None else planner.plan(scene.request(assignments=assignment.assignments), rng)
+    report = _report(scene, plan)
+    if run is not None:
+        report.update(_run_report(run))
+    if assignment.unserved:
+        report["unserved"] = dict(assignment.unserved)
+        if report["status"] == PlanStatus.SOLVED.value:
+            report["status"] = PlanStatus.INFEASIBLE.value
+            report["reason"] = "; ".join(assignment.unserved.values())
+    return report, plan, run
+
+
+def _report(scene: PlanScene, plan: Optional[FleetPlan]) -> Dict[str, Any]:
+    if plan is None:
+        return {"status": PlanStatus.SOLVED.value, "reason": "", "robots": {}, "planning_ms": 0.0}
+    robots: Dict[str, Any] = {}
+    for name, entry in plan.robots.items():
+        robots[name] = {
+            "goal": entry.goal,
+            "status": entry.status.value,
+            "reason": entry.reason,
+            "path": [
+                {"cell": [int(v) for v in w.column], "yaw_deg": round(math.degrees(w.yaw_rad), 3)} for w in entry.path
+            ],
+            "length_cells": round(entry.length_cells, 3),
+            "planning_ms": round(entry.planning_ms, 3),
+        }
+    status = {"status": plan.status.value, "reason": plan.reason, "scene": scene.name}
+    return {**status, "robots": robots, "planning_ms": round(plan.planning_ms, 3)}
+
+
+def _run_report(run: SteppedRun) -> Dict[str, Any]:
+    return {
+        "status": run.status.value,
+        "reason": run.reason,
+        "steps": run.steps,
+        "sum_of_costs": round(run.sum_of_costs, 3),
+        "makespan": round(run.makespan, 3),
+        "min_clearance_cells": run.min_clearance_cells,
+        "replans": run.replans,
+        "refused_steps": run.refused,
+        "ms_p50": round(run.percentile_ms(50.0), 3),
+        "ms_p99": round(run.percentile_ms(99.0), 3),
+    }
+
+
+def _text(report: Dict[str, Any]) -> str:
+    lines = [f"{report['status']}{': ' + report['reason'] if report['reason'] else ''}"]
+    for name, entry in report["robots"].items():
+        cells = " ".join(f"({w['cell'][0]}, {w['cell'][1]}) {w['yaw_deg']:g} deg" for w in entry["path"])
+        lines.append(f"  {name} -> {entry['goal'] or 'aside'}: {entry['status']} {entry['reason']}{cells}")
+    numbers: List[str] = []
+    for key in ("planning_ms", "steps", "sum_of_costs", "makespan", "min_clearance_cells", "replans", "refused_steps"):
+        if key in report:
+            numbers.append(f"{key} {report[key]}")
+    for key in ("ms_p50", "ms_p99"):
+        if key in report:
+            numbers.append(f"{key} {report[key]}")
+    return "\n".join([*lines, "  " + ", ".join(numbers)]) + "\n"
+
+
+def _plot(
+    path: Path, scene: PlanScene, plan: Optional[FleetPlan], run: Optional[SteppedRun], params: PlannerParams
+) -> None:
+    from yarm.planning.plot import draw_scene  # matplotlib is slow to import and only needed here  # noqa: PLC0415
+
+    draw_scene(scene, plan, path, None if run is None else run.trails, params.turns_deg)
