@@ -1,0 +1,60 @@
+// Between ROS messages and the structs of the perception library.
+#pragma once
+
+#include "yarm/perception/types.hpp"
+
+#include <geometry_msgs/Pose.h>
+#include <geometry_msgs/Transform.h>
+#include <ros/time.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <yarm/AssociatedClusterVector.h>
+#include <yarm/CloudVector.h>
+#include <yarm/ObjectRegistry.h>
+#include <yarm/TransformStampedVector.h>
+
+#include <string>
+#include <vector>
+
+namespace yarm {
+
+inline perception::StampNs toNs(const ros::Time& time) { return static_cast<perception::StampNs>(time.toNSec()); }
+ros::Time toTime(perception::StampNs stamp_ns);
+
+// What a reader made of a message: value counts only when reason is empty.
+template <class Value>
+struct Read {
+  Value value;
+  std::string reason;
+  bool ok() const { return reason.empty(); }
+};
+
+// A strided view into the message's buffer (no copy; T_world_camera is left as it is), or why the layout cannot be
+// trusted. Only the layout is judged: sizes, offsets, types and byte order; the coordinates are not touched. O(fields).
+Read<perception::CameraCloud> viewOf(const sensor_msgs::PointCloud2& message);
+
+// The points of a merged set, as they lie in memory (fields x y z sigma ux uy uz camera). `message` is used again.
+void fillMergedPoints(const perception::MergedSet& set, sensor_msgs::PointCloud2& message);
+// The set's stamp and points; voxels and clusters are left empty.
+Read<bool> readMergedPoints(const sensor_msgs::PointCloud2& message, perception::MergedSet& set);
+
+// Centroids of the voxels (fields x y z).
+void fillVoxels(const perception::MergedSet& set, sensor_msgs::PointCloud2& message);
+// The clusters, largest first.
+void fillClusters(const perception::MergedSet& set, yarm::CloudVector& message);
+
+void fillAssociated(const perception::AssociatedSet& set, const perception::GridSpec& grid,
+                    yarm::AssociatedClusterVector& message);
+Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
+                          perception::GridSpec& grid);
+
+// Seeds of one message. Entries that make no sense are left out and named in the reason.
+Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector& message);
+// Known shapes by object. Entries that make no sense are left out and named in the reason.
+Read<perception::Knowledge> readRegistry(const yarm::ObjectRegistry& message);
+
+// Poses; a reason is given for numbers that are not finite and for quaternions of length zero.
+Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose);
+Read<Eigen::Isometry3d> readTransform(const geometry_msgs::Transform& transform);
+void fillTransform(const Eigen::Isometry3d& pose, geometry_msgs::Transform& transform);
+
+}  // namespace yarm

@@ -1,0 +1,50 @@
+// What a node says about itself: throttled warnings and one status on /diagnostics.
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <ros/ros.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace yarm {
+
+// Repeats a warning about the same thing at most once in a period of wall time.
+class ThrottledWarning {
+ public:
+  explicit ThrottledWarning(double period_s = 5.0) : period_s_(period_s) {}
+
+  // key: what the warning is about; text: what to say.
+  void operator()(const std::string& key, const std::string& text);
+
+ private:
+  double period_s_;
+  std::map<std::string, std::int64_t> said_ns_;
+};
+
+// Collects faults and values between two messages on /diagnostics.
+class HealthReport {
+ public:
+  HealthReport(const ros::NodeHandle& handle, const std::string& name);
+
+  // Whether a second of wall time has passed since the last message.
+  bool due() const;
+
+  void warn(const std::string& fault) { faults_.push_back(fault); }
+  void value(const std::string& key, const std::string& value);
+  void value(const std::string& key, double value);
+
+  // Sends what was collected, with "ok_text" when there are no faults, and starts afresh.
+  void send(const std::string& ok_text);
+
+ private:
+  ros::Publisher publisher_;
+  std::string name_;
+  std::vector<std::string> faults_;
+  std::vector<diagnostic_msgs::KeyValue> values_;
+  std::int64_t sent_ns_ = 0;
+};
+
+}  // namespace yarm

@@ -1,0 +1,35 @@
+// Transforms to the world, shared by the nodes of a process; fed on the executor's thread.
+#pragma once
+
+#include <ros/ros.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace yarm {
+
+class TfSource {
+ public:
+  // The process's source; made with the first owner, gone with the last.
+  static std::shared_ptr<TfSource> shared();
+
+  // World <- frame at a stamp, without waiting; empty with the reason when it cannot be known (yet).
+  std::optional<Eigen::Isometry3d> at(const std::string& frame, std::int64_t stamp_ns, std::string* reason) const;
+  // World <- frame at the newest time known.
+  std::optional<Eigen::Isometry3d> newest(const std::string& frame) const;
+
+ private:
+  TfSource();
+
+  ros::NodeHandle handle_;
+  tf2_ros::Buffer buffer_;
+  std::unique_ptr<tf2_ros::TransformListener> listener_;
+};
+
+}  // namespace yarm

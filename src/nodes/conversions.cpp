@@ -1,0 +1,228 @@
+#include "yarm/ros/conversions.hpp"
+
+#include "yarm/ros/names.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace yarm {
+
+namespace {
+
+using perception::AssociatedObject;
+using perception::Solid;
+
+Read<Eigen::Isometry3d> isometry(const geometry_msgs::Point& p, const geometry_msgs::Quaternion& q) {
+  Read<Eigen::Isometry3d> read{Eigen::Isometry3d::Identity(), ""};
+  const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
+  const Eigen::Vector3d position(p.x, p.y, p.z);
+  const double norm = rotation.norm();
+  if (!position.allFinite() || !std::isfinite(norm) || norm < 1e-6) {
+    read.reason = "position or quaternion is not finite, or the quaternion has length 0";
+    return read;
+  }
+  read.value.linear() = rotation.normalized().toRotationMatrix();
+  read.value.translation() = position;
+  return read;
+}
+
+void addFault(std::string& faults, const std::string& fault) { faults += (faults.empty() ? "" : "; ") + fault; }
+
+void fillPoints(const std::vector<Eigen::Vector3f>& points, yarm::CloudPoints& message) {
+  message.cloudpoints.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    message.cloudpoints[i].x = points[i].x();
+    message.cloudpoints[i].y = points[i].y();
+    message.cloudpoints[i].z = points[i].z();
+  }
+}
+
+void readPoints(const yarm::CloudPoints& message, std::vector<Eigen::Vector3f>& points) {
+  points.clear();
+  points.reserve(message.cloudpoints.size());
+  for (const geometry_msgs::Point& p : message.cloudpoints) {
+    points.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
+  }
+}
+
+std::string readGrid(const yarm::AssociatedClusterVector& message, perception::GridSpec& grid) {
+  grid.size = {message.gx, message.gy, message.gz};
+  grid.min = {message.xmin, message.ymin, message.zmin};
+  grid.max = {message.xmax, message.ymax, message.zmax};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool good = grid.size[axis] > 0 && grid.size[axis] <= 1000 && std::isfinite(grid.min[axis]) &&
+                      std::isfinite(grid.max[axis]) && grid.max[axis] > grid.min[axis];
+    if (!good) {
+      return "the grid has " + std::to_string(grid.size[axis]) + " cells from " + std::to_string(grid.min[axis]) +
+             " to " + std::to_string(grid.max[axis]) + " m on axis " + std::to_string(axis);
+    }
+  }
+  return "";
+}
+
+Read<Solid> readSolid(const shape_msgs::SolidPrimitive& primitive, const geometry_msgs::Pose& pose,
+                      const std::string& frame) {
+  using shape_msgs::SolidPrimitive;
+  Read<Solid> read;
+  const auto& d = primitive.dimensions;
+  for (const double dimension : d) {
+    if (!std::isfinite(dimension) || dimension < 0.0) {
+      read.reason = "dimension " + std::to_string(dimension) + " of a solid";
+      return read;
+    }
+  }
+  const Read<Eigen::Isometry3d> placed = readPose(pose);
+  Solid& solid = read.value;
+  solid.T_frame_solid = placed.value;
+  solid.frame = frame;
+  if (!placed.ok()) {
+    read.reason = placed.reason;
+  } else if (primitive.type == SolidPrimitive::BOX && d.size() == 3) {
+    solid.shape = Solid::Shape::kBox;
+    solid.size = {d[SolidPrimitive::BOX_X], d[SolidPrimitive::BOX_Y], d[SolidPrimitive::BOX_Z]};
+  } else if (primitive.type == SolidPrimitive::SPHERE && d.size() == 1) {
+    solid.shape = Solid::Shape::kSphere;
+    solid.size = {d[SolidPrimitive::SPHERE_RADIUS], 0.0, 0.0};
+  } else if (primitive.type == SolidPrimitive::CYLINDER && d.size() == 2) {
+    solid.shape = Solid::Shape::kCylinder;
+    solid.size = {d[SolidPrimitive::CYLINDER_RADIUS], 0.0, d[SolidPrimitive::CYLINDER_HEIGHT]};
+  } else {
+    read.reason = "solid of type " + std::to_string(primitive.type) + " with " + std::to_string(d.size()) +
+                  " dimensions; a box takes 3, a sphere 1, a cylinder 2";
+  }
+  return read;
+}
+
+}  // namespace
+
+ros::Time toTime(perception::StampNs stamp_ns) {
+  ros::Time time;
+  time.fromNSec(stamp_ns > 0 ? static_cast<std::uint64_t>(stamp_ns) : 0);
+  return time;
+}
+
+Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose) { return isometry(pose.position, pose.orientation); }
+
+Read<Eigen::Isometry3d> readTransform(const geometry_msgs::Transform& transform) {
+  geometry_msgs::Point position;
+  position.x = transform.translation.x;
+  position.y = transform.translation.y;
+  position.z = transform.translation.z;
+  return isometry(position, transform.rotation);
+}
+
+void fillTransform(const Eigen::Isometry3d& pose, geometry_msgs::Transform& transform) {
+  const Eigen::Quaterniond rotation(pose.linear());
+  transform.translation.x = pose.translation().x();
+  transform.translation.y = pose.translation().y();
+  transform.translation.z = pose.translation().z();
+  transform.rotation.x = rotation.x();
+  transform.rotation.y = rotation.y();
+  transform.rotation.z = rotation.z();
+  transform.rotation.w = rotation.w();
+}
+
+void fillAssociated(const perception::AssociatedSet& set, const perception::GridSpec& grid,
+                    yarm::AssociatedClusterVector& message) {
+  message.header.stamp = toTime(set.stamp_ns);
+  message.header.frame_id = names::WORLD_FRAME;
+  message.gx = grid.size[0];
+  message.gy = grid.size[1];
+  message.gz = grid.size[2];
+  message.xmin = grid.min[0];
+  message.xmax = grid.max[0];
+  message.ymin = grid.min[1];
+  message.ymax = grid.max[1];
+  message.zmin = grid.min[2];
+  message.zmax = grid.max[2];
+  message.clusters.resize(set.objects.size());
+  for (std::size_t i = 0; i < set.objects.size(); ++i) {
+    const AssociatedObject& object = set.objects[i];
+    yarm::AssociatedCluster& cluster = message.clusters[i];
+    fillPoints(object.points, cluster.cloudpoints);
+    fillPoints(object.hidden, cluster.hidden);
+    cluster.attached_to = object.attached_to;
+    cluster.transform.header.stamp = toTime(object.stamp_ns);
+    cluster.transform.header.frame_id = names::WORLD_FRAME;
+    cluster.transform.child_frame_id = object.name;
+    fillTransform(object.T_world_seed, cluster.transform.transform);
+    cluster.label = object.is_static ? "static" : "dynamic";
+    cluster.frame = object.name;
+    cluster.object = toString(object.object);
+  }
+}
+
+Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
+                          perception::GridSpec& grid) {
+  Read<bool> read{true, readGrid(message, grid)};
+  set.stamp_ns = toNs(message.header.stamp);
+  set.objects.resize(message.clusters.size());
+  for (std::size_t i = 0; i < message.clusters.size(); ++i) {
+    const yarm::AssociatedCluster& cluster = message.clusters[i];
+    AssociatedObject& object = set.objects[i];
+    const Read<Eigen::Isometry3d> pose = readTransform(cluster.transform.transform);
+    if (!fromString(cluster.object, object.object)) {
+      addFault(read.reason, cluster.frame + ": unknown kind '" + cluster.object + "'");
+    }
+    if (!pose.ok()) {
+      addFault(read.reason, cluster.frame + ": " + pose.reason);
+    }
+    object.name = cluster.frame;
+    object.is_static = cluster.label == "static";
+    object.T_world_seed = pose.value;
+    object.stamp_ns = toNs(cluster.transform.header.stamp);
+    object.attached_to = cluster.attached_to;
+    object.source.clear();
+    readPoints(cluster.cloudpoints, object.points);
+    readPoints(cluster.hidden, object.hidden);
+  }
+  return read;
+}
+
+Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector& message) {
+  Read<std::vector<perception::Seed>> read;
+  const std::size_t count = message.transforms.size();
+  if (message.type.size() != count || message.frame.size() != count || message.object.size() != count) {
+    read.reason = "transforms, type, frame and object differ in length";
+    return read;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    perception::Seed seed;
+    const Read<Eigen::Isometry3d> pose = readTransform(message.transforms[i].transform);
+    if (!pose.ok() || !fromString(message.object[i], seed.object)) {
+      addFault(read.reason, message.frame[i] + ": " + (pose.ok() ? "unknown kind " + message.object[i] : pose.reason));
+      continue;
+    }
+    seed.name = message.frame[i];
+    seed.is_static = message.type[i] == "static";
+    seed.T_world_seed = pose.value;
+    seed.stamp_ns = toNs(message.transforms[i].header.stamp);
+    read.value.push_back(std::move(seed));
+  }
+  return read;
+}
+
+Read<perception::Knowledge> readRegistry(const yarm::ObjectRegistry& message) {
+  Read<perception::Knowledge> read;
+  for (const yarm::RegisteredObject& entry : message.entries) {
+    perception::KnownObject known;
+    known.seed_frame = entry.seed_frame;
+    known.link_frames = entry.link_frames;
+    if (entry.shape_poses.size() != entry.shapes.size() || entry.shape_frames.size() != entry.shapes.size()) {
+      addFault(read.reason, entry.name + ": shapes, shape_poses and shape_frames differ in length");
+    } else {
+      for (std::size_t i = 0; i < entry.shapes.size(); ++i) {
+        const Read<Solid> solid = readSolid(entry.shapes[i], entry.shape_poses[i], entry.shape_frames[i]);
+        if (solid.ok()) {
+          known.solids.push_back(solid.value);
+        } else {
+          addFault(read.reason, entry.name + ": " + solid.reason);
+        }
+      }
+    }
+    read.value[entry.name] = std::move(known);
+  }
+  return read;
+}
+
+}  // namespace yarm

@@ -1,0 +1,239 @@
+#include "yarm/ros/database.hpp"
+
+#include "yarm/perception/predict.hpp"
+#include "yarm/ros/in_process.hpp"
+#include "yarm/ros/names.hpp"
+#include "yarm/ros/side_object.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace yarm {
+
+namespace {
+
+using perception::GridSpec;
+using visualization_msgs::Marker;
+
+constexpr double kMarkerSize = 0.98;  // of a cell, so that neighbours can be told apart
+
+std::vector<std::string> namesOf(const perception::AssociatedSet& set) {
+  std::vector<std::string> names;
+  for (const perception::AssociatedObject& object : set.objects) {
+    names.push_back(object.name);
+  }
+  return names;
+}
+
+yarm::GridIndex cellOf(const GridSpec& grid, std::int32_t index) {
+  const perception::Cell cell = grid.cellOf(index);
+  yarm::GridIndex message;
+  message.x = cell.x;
+  message.y = cell.y;
+  message.z = cell.z;
+  return message;
+}
+
+std::vector<yarm::GridIndex> cellsOf(const GridSpec& grid, const std::vector<std::int32_t>& indices) {
+  std::vector<yarm::GridIndex> cells;
+  cells.reserve(indices.size());
+  for (const std::int32_t index : indices) {
+    cells.push_back(cellOf(grid, index));
+  }
+  return cells;
+}
+
+std_msgs::ColorRGBA colour(std::size_t number) {
+  static constexpr std::array<std::array<float, 3>, 8> palette{{{0.12F, 0.47F, 0.71F},
+                                                               {1.00F, 0.50F, 0.05F},
+                                                               {0.17F, 0.63F, 0.17F},
+                                                               {0.58F, 0.40F, 0.74F},
+                                                               {0.55F, 0.34F, 0.29F},
+                                                               {0.89F, 0.47F, 0.76F},
+                                                               {0.74F, 0.74F, 0.13F},
+                                                               {0.09F, 0.75F, 0.81F}}};
+  const auto& rgb = palette[number % palette.size()];
+  std_msgs::ColorRGBA made;
+  made.r = rgb[0];
+  made.g = rgb[1];
+  made.b = rgb[2];
+  made.a = 0.8F;
+  return made;
+}
+
+Marker cubes(const GridSpec& grid, perception::StampNs stamp_ns, const char* space) {
+  Marker marker;
+  marker.header.stamp = toTime(stamp_ns);
+  marker.header.frame_id = names::WORLD_FRAME;
+  marker.ns = space;
+  marker.type = Marker::CUBE_LIST;
+  marker.action = Marker::ADD;
+  marker.pose.orientation.w = 1.0;
+  marker.scale.x = kMarkerSize * grid.resolution(0);
+  marker.scale.y = kMarkerSize * grid.resolution(1);
+  marker.scale.z = kMarkerSize * grid.resolution(2);
+  return marker;
+}
+
+void addCube(const GridSpec& grid, std::int32_t index, Marker& marker) {
+  const Eigen::Vector3d centre = grid.centre(grid.cellOf(index));
+  geometry_msgs::Point point;
+  point.x = centre.x();
+  point.y = centre.y();
+  point.z = centre.z();
+  marker.points.push_back(point);
+}
+
+}  // namespace
+
+Database::Database(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle)
+    : params_(loadParams<DatabaseParams>(private_handle)),
+      handle_(handle),
+      health_(handle, "database: input"),
+      last_set_ns_(steadyNow()) {
+  handle_.setCallbackQueue(&Executor::instance().queue());
+  metadata_out_ = handle_.advertise<yarm::MapMetaData>(names::PLANNING_METADATA, 10);
+  collisions_out_ = handle_.advertise<Marker>(names::COLLISIONS, 10);
+  occupancy_out_ = handle_.advertise<Marker>(names::OCCUPANCY, 10);
+  predict_ = handle_.advertiseService(names::PREDICT_NEW_STATE, &Database::onPredict, this);
+  associated_in_ = handle_.subscribe(names::ASSOCIATED_CLUSTERS, 32, &Database::onAssociated, this,
+                                     ros::TransportHints().tcpNoDelay());
+  addInProcessReader(associated_in_.getTopic());
+  Executor::instance().add(*this);
+}
+
+Database::~Database() {
+  removeInProcessReader(associated_in_.getTopic());
+  Executor::instance().remove(*this);
+}
+
+void Database::poll() {
+  if (!health_.due()) {
+    return;
+  }
+  const double silent_s = static_cast<double>(steadyNow() - last_set_ns_) * 1e-9;
+  if (silent_s > 1.0) {
+    health_.warn(associated_in_.getTopic() + ": silent for " + std::to_string(silent_s) + " s");
+  }
+  health_.value("sets", published_);
+  health_.value("objects", present_ ? static_cast<double>(present_->set.objects.size()) : 0.0);
+  health_.send(std::to_string(published_) + " sets");
+  published_ = 0;
+}
+
+void Database::onAssociated(const yarm::AssociatedClusterVectorConstPtr& message) {
+  last_set_ns_ = steadyNow();
+  boost::shared_ptr<AssociatedFrame> frame = sideOf<AssociatedFrame>(message);
+  if (!frame) {
+    frame = frames_pool_.acquire();
+    const Read<bool> read = readAssociated(*message, frame->set, frame->grid);
+    if (!read.ok()) {
+      warn_(names::ASSOCIATED_CLUSTERS, associated_in_.getTopic() + ": set dropped: " + read.reason);
+      return;
+    }
+  }
+  present_ = frame;
+  const GridSpec& grid = frame->grid;
+  if (!builder_ || grid.size != builder_grid_.size || grid.min != builder_grid_.min || grid.max != builder_grid_.max) {
+    builder_ = std::make_unique<perception::OccupancyBuilder>(grid);
+    builder_grid_ = grid;
+  }
+  const perception::OccupancyGrid& occupancy = builder_->build(frame->set);
+  publishMetadata(occupancy);
+  publishMarkers(occupancy);
+  ++published_;
+}
+
+void Database::publishMetadata(const perception::OccupancyGrid& grid) {
+  const perception::AssociatedSet& set = present_->set;
+  const auto message = boost::make_shared<yarm::MapMetaData>();
+  message->header.stamp = toTime(set.stamp_ns);
+  message->header.frame_id = names::WORLD_FRAME;
+  message->gx = grid.spec.size[0];
+  message->gy = grid.spec.size[1];
+  message->gz = grid.spec.size[2];
+  message->xmin = grid.spec.min[0];
+  message->xmax = grid.spec.max[0];
+  message->ymin = grid.spec.min[1];
+  message->ymax = grid.spec.max[1];
+  message->zmin = grid.spec.min[2];
+  message->zmax = grid.spec.max[2];
+  message->frames = namesOf(set);
+  message->UIDs = uids_.update(message->frames);
+  for (std::size_t i = 0; i < set.objects.size(); ++i) {
+    const perception::AssociatedObject& object = set.objects[i];
+    message->objects.push_back(toString(object.object));
+    geometry_msgs::TransformStamped pose;
+    pose.header.stamp = toTime(object.stamp_ns);
+    pose.header.frame_id = names::WORLD_FRAME;
+    pose.child_frame_id = object.name;
+    fillTransform(object.T_world_seed, pose.transform);
+    message->seed_poses.push_back(pose);
+    yarm::GridIndexVector cells;
+    cells.indices = cellsOf(grid.spec, grid.object_cells[i]);
+    message->grid_indices.push_back(std::move(cells));
+  }
+  message->grid.assign(grid.cells.begin(), grid.cells.end());
+  message->collisions = cellsOf(grid.spec, grid.collisions);
+  metadata_out_.publish(message);
+}
+
+void Database::publishMarkers(const perception::OccupancyGrid& grid) {
+  const perception::StampNs stamp_ns = present_->set.stamp_ns;
+  if (collisions_out_.getNumSubscribers() > 0) {
+    const auto marker = boost::make_shared<Marker>(cubes(grid.spec, stamp_ns, names::COLLISIONS));
+    marker->color.r = 1.0F;
+    marker->color.a = 1.0F;
+    marker->action = grid.collisions.empty() ? Marker::DELETE : Marker::ADD;
+    for (const std::int32_t index : grid.collisions) {
+      addCube(grid.spec, index, *marker);
+    }
+    collisions_out_.publish(marker);
+  }
+  const auto period_ns = static_cast<std::int64_t>(1e9 / params_.marker_rate);
+  if (occupancy_out_.getNumSubscribers() > 0 && steadyNow() - last_view_ns_ >= period_ns) {
+    last_view_ns_ = steadyNow();
+    const auto marker = boost::make_shared<Marker>(cubes(grid.spec, stamp_ns, names::OCCUPANCY));
+    for (std::size_t object = 0; object < grid.object_cells.size(); ++object) {
+      for (const std::int32_t index : grid.object_cells[object]) {
+        addCube(grid.spec, index, *marker);
+        marker->colors.push_back(colour(object));
+      }
+    }
+    marker->action = marker->points.empty() ? Marker::DELETE : Marker::ADD;
+    occupancy_out_.publish(marker);
+  }
+}
+
+bool Database::onPredict(yarm::PredictNewState::Request& request, yarm::PredictNewState::Response& response) {
+  response.collision = true;
+  if (request.names.size() != request.poses.size()) {
+    response.message = "refused: " + std::to_string(request.names.size()) + " names for " +
+                       std::to_string(request.poses.size()) + " poses";
+    return true;
+  }
+  if (!present_) {
+    response.message = "refused: no camera set has been seen yet";
+    return true;
+  }
+  std::vector<std::pair<std::string, Eigen::Isometry3d>> moves;
+  for (std::size_t i = 0; i < request.names.size(); ++i) {
+    const Read<Eigen::Isometry3d> pose = readPose(request.poses[i]);
+    if (!pose.ok()) {
+      response.message = "refused: " + request.names[i] + ": " + pose.reason;
+      return true;
+    }
+    moves.emplace_back(request.names[i], pose.value);
+  }
+  const perception::Prediction prediction =
+      perception::predictNewState(present_->set, present_->grid, moves, params_.point_radius);
+  response.collision = !prediction.ok || prediction.collision;
+  response.cells = cellsOf(present_->grid, prediction.cells);
+  for (const auto& pair : prediction.pairs) {
+    response.pairs.push_back(pair.first + " " + pair.second);
+  }
+  response.message = prediction.ok ? prediction.message : "refused: " + prediction.message;
+  return true;
+}
+
+}  // namespace yarm

@@ -1,0 +1,251 @@
+#include "yarm/ros/merge_clouds.hpp"
+
+#include "yarm/ros/in_process.hpp"
+#include "yarm/ros/side_object.hpp"
+
+#include <algorithm>
+
+namespace yarm {
+
+namespace {
+
+constexpr std::int64_t kConfirmRestartNs = 200'000'000;  // wall time the clock has to follow a stamp that went back
+constexpr std::int64_t kMostAheadNs = 5'000'000'000;     // simulated time a stamp may be ahead of the clock
+constexpr int kCloudQueue = 8;
+
+std::int64_t ns(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
+
+SetAssemblerOptions assemblerOptions(const MergeCloudsParams& params) {
+  SetAssemblerOptions options;
+  options.cameras = params.camera_topics.size();
+  options.tolerance_ns = ns(params.sync_tolerance);
+  options.timeout_ns = ns(params.sync ? kSyncWaitS : params.camera_timeout);
+  options.silent_grace_ns = params.sync ? ns(0.02) : 0;
+  return options;
+}
+
+MergeCloudsParams checked(MergeCloudsParams params, const std::string& where) {
+  if (params.camera_topics.empty()) {
+    throw ParamError(where + ": camera_topics: at least one is needed");
+  }
+  if (!params.camera_frames.empty() && params.camera_frames.size() != params.camera_topics.size()) {
+    throw ParamError(where + ": camera_frames: " + std::to_string(params.camera_frames.size()) + " frames for " +
+                     std::to_string(params.camera_topics.size()) + " topics; give one each, or []");
+  }
+  return params;
+}
+
+}  // namespace
+
+MergeClouds::MergeClouds(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle)
+    : params_(checked(loadParams<MergeCloudsParams>(private_handle), private_handle.getNamespace())),
+      handle_(handle),
+      backend_(perception::makeBackend(params_.backend, params_.mergeParams(), perception::ClusterParams())),
+      tf_(TfSource::shared()),
+      assembler_(assemblerOptions(params_)),
+      cameras_(params_.camera_topics.size()),
+      wait_ns_(ns(params_.sync ? kSyncWaitS : params_.tf_wait)),
+      health_(handle, "merge_clouds: cameras") {
+  handle_.setCallbackQueue(&Executor::instance().queue());
+  merged_ = handle_.advertise<sensor_msgs::PointCloud2>(names::MERGED_POINTS, 10);
+  voxels_ = handle_.advertise<sensor_msgs::PointCloud2>(names::VOXELIZED_CLOUD, 10);
+  for (std::size_t index = 0; index < cameras_.size(); ++index) {
+    subscribe(index);
+  }
+  Executor::instance().add(*this);
+}
+
+MergeClouds::~MergeClouds() { Executor::instance().remove(*this); }
+
+void MergeClouds::subscribe(std::size_t index) {
+  Camera& camera = cameras_[index];
+  camera.topic = params_.camera_topics[index];
+  camera.frame = params_.camera_frames.empty() ? "" : params_.camera_frames[index];
+  ros::SubscribeOptions options;
+  options.init<sensor_msgs::PointCloud2>(
+      camera.topic, kCloudQueue,
+      [this, index](const sensor_msgs::PointCloud2ConstPtr& message) { onCloud(index, message); },
+      [this] { return clouds_.acquire(); });
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  camera.subscriber = handle_.subscribe(options);
+}
+
+void MergeClouds::onCloud(std::size_t index, const sensor_msgs::PointCloud2ConstPtr& message) {
+  Camera& camera = cameras_[index];
+  camera.heard = true;
+  const std::string& frame = message->header.frame_id;
+  const Read<perception::CameraCloud> view = viewOf(*message);
+  std::string reason = view.reason;
+  if (reason.empty() && !camera.frame.empty() && frame != camera.frame) {
+    reason = "frame '" + frame + "', must be '" + camera.frame + "'";
+  }
+  const ros::Time now = ros::Time::now();
+  if (reason.empty() && !now.isZero() && toNs(message->header.stamp) - toNs(now) > kMostAheadNs) {
+    reason = "its stamp is " + std::to_string((message->header.stamp - now).toSec()) + " s ahead of the clock";
+  }
+  if (!reason.empty()) {
+    drop(index, *message, reason);
+    return;
+  }
+  camera.inbox.push_back({message, view.value, steadyNow()});
+}
+
+void MergeClouds::drop(std::size_t index, const sensor_msgs::PointCloud2& message, const std::string& reason) {
+  Camera& camera = cameras_[index];
+  ++camera.dropped;
+  camera.last_fault = reason;
+  warn_(camera.topic, camera.topic + ": cloud dropped: " + reason);
+  const std::int64_t stamp_ns = toNs(message.header.stamp);
+  if (stamp_ns - toNs(ros::Time::now()) > kMostAheadNs) {
+    return;
+  }
+  if (assembler_.skip(index, stamp_ns, steadyNow()) == Admission::accepted) {
+    camera.newest_ns = stamp_ns;
+  }
+}
+
+void MergeClouds::poll() {
+  const std::int64_t now_ns = steadyNow();
+  if (clock_.wentBack(toNs(ros::Time::now()))) {
+    reset();
+  }
+  for (std::size_t index = 0; index < cameras_.size(); ++index) {
+    while (!cameras_[index].inbox.empty() && settle(index, now_ns)) {
+    }
+  }
+  release(now_ns);
+  if (health_.due()) {
+    diagnose(now_ns);
+  }
+}
+
+bool MergeClouds::waiting() const {
+  return assembler_.pending() > 0 ||
+         std::any_of(cameras_.begin(), cameras_.end(), [](const Camera& camera) { return !camera.inbox.empty(); });
+}
+
+bool MergeClouds::settle(std::size_t index, std::int64_t now_ns) {
+  Camera& camera = cameras_[index];
+  Arrival& arrival = camera.inbox.front();
+  const std::int64_t waited_ns = now_ns - arrival.arrived_ns;
+  const std::int64_t stamp_ns = arrival.view.stamp_ns;
+  if (camera.newest_ns != 0 && stamp_ns <= camera.newest_ns) {
+    const std::int64_t back_ns = camera.newest_ns - stamp_ns;
+    if (back_ns > kJumpBackNs && waited_ns < kConfirmRestartNs) {
+      return false;
+    }
+    const Arrival old = std::move(arrival);
+    camera.inbox.pop_front();
+    drop(index, *old.message, "stamp went back by " + std::to_string(static_cast<double>(back_ns) * 1e-9) + " s");
+    return true;
+  }
+  std::string reason;
+  const auto pose = tf_->at(arrival.message->header.frame_id, stamp_ns, &reason);
+  if (!pose && waited_ns < wait_ns_ && !camera.lost) {
+    return false;
+  }
+  camera.lost = !pose;
+  Arrival settled = std::move(arrival);
+  camera.inbox.pop_front();
+  if (!pose) {
+    drop(index, *settled.message, "no transform: " + reason);
+    return true;
+  }
+  settled.view.T_world_camera = pose->cast<float>();
+  camera.newest_ns = stamp_ns;
+  if (assembler_.add(index, stamp_ns, now_ns, std::move(settled)) == Admission::late) {
+    ++camera.late;
+  }
+  return true;
+}
+
+void MergeClouds::release(std::int64_t now_ns) {
+  while (auto set = assembler_.take(now_ns)) {
+    const auto gap_ns = ns(0.999 / params_.max_frequency);
+    if (!published_ns_ || set->stamp_ns - *published_ns_ >= gap_ns) {
+      published_ns_ = set->stamp_ns;
+      process(*set);
+    }
+  }
+}
+
+void MergeClouds::process(CameraSet<Arrival>& set) {
+  std::vector<perception::CameraCloud> clouds(cameras_.size());
+  for (std::size_t index = 0; index < clouds.size(); ++index) {
+    if (set.items[index]) {
+      clouds[index] = set.items[index]->view;
+    } else {
+      clouds[index].stamp_ns = set.stamp_ns;
+    }
+  }
+  const auto merged = sets_.acquire();
+  backend_->merge(clouds, *merged);
+  merged->stamp_ns = set.stamp_ns;
+  for (std::size_t index = 0; index < merged->cameras.size(); ++index) {
+    if (merged->cameras[index].absurd) {
+      Camera& camera = cameras_[index];
+      ++camera.dropped;
+      camera.last_fault = "infinite or absurd coordinates";
+      warn_(camera.topic, camera.topic + ": cloud dropped: " + camera.last_fault);
+    }
+  }
+  publish(merged);
+}
+
+void MergeClouds::publish(const boost::shared_ptr<perception::MergedSet>& set) {
+  ++published_;
+  std_msgs::Header header;
+  header.stamp = toTime(set->stamp_ns);
+  header.frame_id = names::WORLD_FRAME;
+  if (voxels_.getNumSubscribers() > 0) {
+    const auto message = boost::make_shared<sensor_msgs::PointCloud2>();
+    message->header = header;
+    fillVoxels(*set, *message);
+    voxels_.publish(message);
+  }
+  if (merged_.getNumSubscribers() > 0) {
+    auto message = std::make_unique<sensor_msgs::PointCloud2>();
+    message->header = header;
+    if (hasRemoteSubscribers(merged_)) {
+      fillMergedPoints(*set, *message);
+    }
+    merged_.publish(withSide(std::move(message), set));
+  }
+}
+
+void MergeClouds::reset() {
+  ROS_WARN("merge_clouds: time went back; starting afresh");
+  assembler_.reset();
+  published_ns_.reset();
+  for (Camera& camera : cameras_) {
+    camera.newest_ns = 0;
+  }
+}
+
+void MergeClouds::diagnose(std::int64_t now_ns) {
+  for (std::size_t index = 0; index < cameras_.size(); ++index) {
+    Camera& camera = cameras_[index];
+    const double silent_s = static_cast<double>(assembler_.silentFor(index, now_ns)) * 1e-9;
+    if (!camera.heard) {
+      health_.warn(camera.topic + ": nothing heard yet, " + std::to_string(camera.subscriber.getNumPublishers()) +
+                   " publishers");
+    } else if (assembler_.isSilent(index, now_ns)) {
+      char text[64];
+      std::snprintf(text, sizeof(text), ": silent for %.1f s", silent_s);
+      health_.warn(camera.topic + text);
+    }
+    if (camera.dropped > 0) {
+      health_.warn(camera.topic + ": " + std::to_string(camera.dropped) + " clouds dropped: " + camera.last_fault);
+    }
+    health_.value(camera.topic + " silent for, s", silent_s);
+    health_.value(camera.topic + " dropped", camera.dropped);
+    health_.value(camera.topic + " too late for their set", camera.late);
+    camera.dropped = 0;
+    camera.late = 0;
+  }
+  health_.value("sets", published_);
+  health_.send(std::to_string(published_) + " sets");
+  published_ = 0;
+}
+
+}  // namespace yarm

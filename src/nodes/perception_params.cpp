@@ -1,0 +1,11 @@
+// Prints every parameter of the perception nodes, one a line: node, name, type, default, unit, allowed, meaning.
+#include "yarm/ros/node_params.hpp"
+
+#include <iostream>
+
+int main() {
+  yarm::printParams<yarm::MergeCloudsParams>(std::cout);
+  yarm::printParams<yarm::ClusterAssocParams>(std::cout);
+  yarm::printParams<yarm::DatabaseParams>(std::cout);
+  return 0;
+}
