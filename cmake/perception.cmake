@@ -1,1 +1,32 @@
-# The ROS-free perception library, and the nodelets and nodes on top of it.
+# The ROS-free perception library: Eigen and PCL (and FCL for the narrow phase of predict_new_state).
+find_package(Eigen3 REQUIRED)
+find_package(PCL 1.12 REQUIRED COMPONENTS common filters search segmentation)
+find_package(fcl 0.7 REQUIRED)
+
+add_library(yarm_perception
+  src/perception/associators.cpp
+  src/perception/backends.cpp
+  src/perception/crop_kernel.cpp
+  src/perception/euclidean.cpp
+  src/perception/fused_backend.cpp
+  src/perception/learned_cloud.cpp
+  src/perception/object_memory.cpp
+  src/perception/occupancy.cpp
+  src/perception/original_associator.cpp
+  src/perception/pcl_backend.cpp
+  src/perception/predict.cpp
+  src/perception/scene_model.cpp
+  src/perception/solids.cpp
+  src/perception/types.cpp
+  src/perception/unknown_tracker.cpp
+  src/perception/yarm_associator.cpp
+)
+target_include_directories(yarm_perception PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
+target_include_directories(yarm_perception SYSTEM PUBLIC ${EIGEN3_INCLUDE_DIRS} PRIVATE ${PCL_INCLUDE_DIRS})
+target_link_libraries(yarm_perception PRIVATE ${PCL_LIBRARIES} fcl)
+# No fused multiply-add: both back ends must round alike.
+target_compile_options(yarm_perception PRIVATE -O3 -Wall -Wextra -Wpedantic -ffp-contract=off)
+install(TARGETS yarm_perception
+  ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+  LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+)

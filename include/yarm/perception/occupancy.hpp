@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace yarm::perception {
@@ -40,12 +41,20 @@ class OccupancyBuilder {
   const OccupancyGrid& build(const AssociatedSet& set);
 
  private:
-  void claim(std::int32_t object, const std::vector<Eigen::Vector3f>& points);
+  void mark(const std::vector<Eigen::Vector3f>& points);
+  void collect(std::vector<std::int32_t>& cells);
+  void gatherShared();
   void settle(const AssociatedSet& set);
+  void give(std::size_t begin, std::size_t end, std::size_t keeper);
 
   OccupancyGrid grid_;
-  std::vector<std::uint64_t> owners_;   // bit i = object i claims the cell (objects beyond 64 share bit 63's word, see .cpp)
-  std::vector<std::int32_t> touched_;
+  std::array<double, 3> min_{};
+  std::array<double, 3> resolution_{};
+  std::vector<std::uint64_t> bits_;                          // cells of the object at hand
+  std::vector<std::pair<std::int32_t, std::int32_t>> shared_;  // (cell, object) of the cells claimed more than once
 };
+
+/// True when two objects may share cells in peace: neither is a robot, or one is attached to the other.
+[[nodiscard]] bool mayShareCells(const AssociatedObject& a, const AssociatedObject& b);
 
 }  // namespace yarm::perception

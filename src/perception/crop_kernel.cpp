@@ -1,0 +1,181 @@
+#include "crop_kernel.hpp"
+
+#include <cmath>
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#define YARM_HAVE_AVX2_PATH 1
+#include <immintrin.h>
+#endif
+
+namespace yarm::perception {
+
+namespace {
+
+bool isAbsurd(float value, float limit) { return std::fabs(value) > limit; }  // false for NaN
+
+bool insideBox(const CropSetup& s, const float* w) {
+  return w[2] >= s.lo[2] && w[2] <= s.hi[2] && w[0] >= s.lo[0] && w[0] <= s.hi[0] && w[1] >= s.lo[1] && w[1] <= s.hi[1];
+}
+
+/// Portable path, any layout. Returns false on absurd coordinates.
+bool cropRowScalar(const CropSetup& s, const CameraCloud& cloud, const std::uint8_t* row, std::size_t count,
+                   std::vector<Survivor>& out) {
+  bool absurd = false;
+  for (std::size_t i = 0; i < count; ++i, row += cloud.point_step) {
+    float p[3];
+    std::memcpy(&p[0], row + cloud.x_offset, sizeof(float));
+    std::memcpy(&p[1], row + cloud.y_offset, sizeof(float));
+    std::memcpy(&p[2], row + cloud.z_offset, sizeof(float));
+    absurd = absurd || isAbsurd(p[0], s.absurd) || isAbsurd(p[1], s.absurd) || isAbsurd(p[2], s.absurd);
+    float w[3];
+    toWorld(s, p, w);
+    if (insideBox(s, w) && aboveFloorNoise(s, p[2], w[2])) {
+      out.push_back({w[0], w[1], w[2], p[2]});
+    }
+  }
+  return !absurd;
+}
+
+#ifdef YARM_HAVE_AVX2_PATH
+
+/// Eight points as three vectors.
+struct Lanes {
+  __m256 x, y, z;
+};
+
+__attribute__((target("avx2"))) inline __m256 loadPair(const std::uint8_t* low, const std::uint8_t* high) {
+  const __m128 a = _mm_loadu_ps(reinterpret_cast<const float*>(low));
+  const __m128 b = _mm_loadu_ps(reinterpret_cast<const float*>(high));
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1);
+}
+
+__attribute__((target("avx2"))) inline Lanes loadEight(const std::uint8_t* p, std::size_t step) {
+  const __m256 r0 = loadPair(p, p + 4 * step);
+  const __m256 r1 = loadPair(p + step, p + 5 * step);
+  const __m256 r2 = loadPair(p + 2 * step, p + 6 * step);
+  const __m256 r3 = loadPair(p + 3 * step, p + 7 * step);
+  const __m256 lo01 = _mm256_unpacklo_ps(r0, r1);
+  const __m256 lo23 = _mm256_unpacklo_ps(r2, r3);
+  const __m256 hi01 = _mm256_unpackhi_ps(r0, r1);
+  const __m256 hi23 = _mm256_unpackhi_ps(r2, r3);
+  return {_mm256_shuffle_ps(lo01, lo23, 0x44), _mm256_shuffle_ps(lo01, lo23, 0xEE), _mm256_shuffle_ps(hi01, hi23, 0x44)};
+}
+
+__attribute__((target("avx2"))) inline __m256 rowTimes(const float* row, const Lanes& v) {
+  const __m256 zt = _mm256_add_ps(_mm256_mul_ps(v.z, _mm256_set1_ps(row[2])), _mm256_set1_ps(row[3]));
+  const __m256 yz = _mm256_add_ps(_mm256_mul_ps(v.y, _mm256_set1_ps(row[1])), zt);
+  return _mm256_add_ps(_mm256_mul_ps(v.x, _mm256_set1_ps(row[0])), yz);
+}
+
+__attribute__((target("avx2"))) inline __m256 within(__m256 v, float lo, float hi) {
+  return _mm256_and_ps(_mm256_cmp_ps(v, _mm256_set1_ps(lo), _CMP_GE_OQ), _mm256_cmp_ps(v, _mm256_set1_ps(hi), _CMP_LE_OQ));
+}
+
+/// Mask of the points above the floor's noise.
+__attribute__((target("avx2"))) inline __m256 aboveFloor(const CropSetup& s, __m256 depth, __m256 height) {
+  const __m256 d = _mm256_sub_ps(depth, _mm256_set1_ps(s.floor_offset));
+  const __m256 margin = _mm256_add_ps(_mm256_set1_ps(s.floor_base),
+                                      _mm256_mul_ps(_mm256_set1_ps(s.floor_slope), _mm256_mul_ps(d, d)));
+  return _mm256_cmp_ps(_mm256_mul_ps(height, depth), margin, _CMP_GE_OQ);
+}
+
+__attribute__((target("avx2"))) inline __m256 beyond(const Lanes& v, float limit) {
+  const __m256 magnitude = _mm256_castsi256_ps(_mm256_set1_epi32(0x7FFFFFFF));
+  const __m256 bound = _mm256_set1_ps(limit);
+  const __m256 x = _mm256_cmp_ps(_mm256_and_ps(v.x, magnitude), bound, _CMP_GT_OQ);
+  const __m256 y = _mm256_cmp_ps(_mm256_and_ps(v.y, magnitude), bound, _CMP_GT_OQ);
+  const __m256 z = _mm256_cmp_ps(_mm256_and_ps(v.z, magnitude), bound, _CMP_GT_OQ);
+  return _mm256_or_ps(x, _mm256_or_ps(y, z));
+}
+
+/// Eight points at a time; x, y, z must be neighbours and 16 bytes readable from x on. Height first: it rules out most.
+__attribute__((target("avx2"))) bool cropRowAvx2(const CropSetup& s, const CameraCloud& cloud, const std::uint8_t* row,
+                                                 std::size_t count, std::vector<Survivor>& out) {
+  const std::size_t step = cloud.point_step;
+  const std::uint8_t* p = row + cloud.x_offset;
+  __m256 absurd = _mm256_setzero_ps();
+  std::size_t i = 0;
+  for (; i + 8 <= count; i += 8, p += 8 * step) {
+    const Lanes v = loadEight(p, step);
+    absurd = _mm256_or_ps(absurd, beyond(v, s.absurd));
+    const __m256 z = rowTimes(s.m[2], v);
+    const __m256 tall = _mm256_and_ps(within(z, s.lo[2], s.hi[2]), aboveFloor(s, v.z, z));
+    if (_mm256_movemask_ps(tall) == 0) {
+      continue;
+    }
+    const __m256 x = rowTimes(s.m[0], v);
+    const __m256 y = rowTimes(s.m[1], v);
+    const __m256 in = _mm256_and_ps(tall, _mm256_and_ps(within(x, s.lo[0], s.hi[0]), within(y, s.lo[1], s.hi[1])));
+    unsigned mask = static_cast<unsigned>(_mm256_movemask_ps(in));
+    if (mask == 0) {
+      continue;
+    }
+    alignas(32) float xs[8], ys[8], zs[8], ds[8];
+    _mm256_store_ps(xs, x);
+    _mm256_store_ps(ys, y);
+    _mm256_store_ps(zs, z);
+    _mm256_store_ps(ds, v.z);
+    for (; mask != 0; mask &= mask - 1) {
+      const int lane = __builtin_ctz(mask);
+      out.push_back({xs[lane], ys[lane], zs[lane], ds[lane]});
+    }
+  }
+  const bool sane = _mm256_movemask_ps(absurd) == 0;
+  return cropRowScalar(s, cloud, row + i * step, count - i, out) && sane;
+}
+
+bool vectorPathFits(const CameraCloud& cloud) {
+  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  return has_avx2 && cloud.y_offset == cloud.x_offset + 4 && cloud.z_offset == cloud.x_offset + 8 &&
+         cloud.x_offset + 16 <= cloud.point_step;
+}
+
+#endif
+
+}  // namespace
+
+CropSetup makeCropSetup(const MergeParams& params, const Eigen::Isometry3f& T_world_camera) {
+  CropSetup s{};
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 4; ++c) {
+      s.m[r][c] = T_world_camera.matrix()(r, c);
+    }
+    s.lo[r] = static_cast<float>(params.box_min[static_cast<std::size_t>(r)]);
+    s.hi[r] = static_cast<float>(params.box_max[static_cast<std::size_t>(r)]);
+  }
+  // Noise along a ray that falls by the camera's height over `depth` lifts a floor point by sigma * height / depth.
+  const float camera_height = std::max(0.F, T_world_camera.translation().z());
+  const float gain = static_cast<float>(params.floor_sigmas) * camera_height;
+  s.floor_base = gain > 0.F ? gain * params.noise.base : -std::numeric_limits<float>::infinity();
+  s.floor_slope = gain * params.noise.slope;
+  s.floor_offset = params.noise.offset;
+  s.absurd = static_cast<float>(params.absurd_limit);
+  return s;
+}
+
+bool cropCloud(const CropSetup& setup, const CameraCloud& cloud, std::vector<Survivor>& out, bool force_scalar) {
+  const std::size_t packed = cloud.width * cloud.point_step;
+  const std::size_t row_step = cloud.row_step == 0 ? packed : cloud.row_step;
+  const bool one_run = row_step == packed;
+  const std::size_t rows = one_run ? (cloud.width == 0 ? 0 : 1) : cloud.height;
+  const std::size_t count = one_run ? cloud.width * cloud.height : cloud.width;
+  bool sane = true;
+  for (std::size_t r = 0; r < rows; ++r) {
+    const std::uint8_t* row = cloud.data + r * row_step;
+#ifdef YARM_HAVE_AVX2_PATH
+    if (!force_scalar && vectorPathFits(cloud)) {
+      sane = cropRowAvx2(setup, cloud, row, count, out) && sane;
+      continue;
+    }
+#else
+    static_cast<void>(force_scalar);
+#endif
+    sane = cropRowScalar(setup, cloud, row, count, out) && sane;
+  }
+  return sane;
+}
+
+}  // namespace yarm::perception

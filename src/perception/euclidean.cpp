@@ -1,0 +1,115 @@
+#include "euclidean.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace yarm::perception {
+
+namespace {
+// Sites whose diagonal is just below the tolerance: points of one site are always connected, so that sites are the nodes.
+constexpr float kEdgeFraction = 0.577F;
+constexpr int kRim = 2;
+constexpr int kReach = 2;
+}  // namespace
+
+EuclideanClusters::EuclideanClusters(const Eigen::Vector3f& min, const Eigen::Vector3f& max, float tolerance)
+    : min_(min), inverse_edge_(1.F / (kEdgeFraction * tolerance)), tolerance2_(tolerance * tolerance) {
+  const auto sites = [&](int axis) {
+    return static_cast<int>(std::floor((max[axis] - min[axis]) * inverse_edge_)) + 1 + 2 * kRim;
+  };
+  nx_ = sites(0);
+  ny_ = sites(1);
+  nz_ = sites(2);
+  table_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(nz_), -1);
+  for (int dz = -kReach; dz <= kReach; ++dz) {
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const int offset = (dz * ny_ + dy) * nx_ + dx;
+        if (dz > 0 || (dz == 0 && (dy > 0 || (dy == 0 && dx > 0)))) {
+          offsets_.push_back(offset);
+        }
+      }
+    }
+  }
+}
+
+std::int32_t EuclideanClusters::find(std::int32_t node) {
+  while (parent_[node] != node) {
+    parent_[node] = parent_[parent_[node]];
+    node = parent_[node];
+  }
+  return node;
+}
+
+void EuclideanClusters::bin(const std::vector<Eigen::Vector3f>& points) {
+  const auto n = points.size();
+  bin_of_.resize(n);
+  next_.resize(n);
+  site_.clear();
+  first_.clear();
+  const auto along = [&](float value, float low, int sites) {
+    return std::clamp(static_cast<int>((value - low) * inverse_edge_), 0, sites - 1 - 2 * kRim) + kRim;
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    const int x = along(points[i].x(), min_.x(), nx_);
+    const int y = along(points[i].y(), min_.y(), ny_);
+    const int z = along(points[i].z(), min_.z(), nz_);
+    const std::int32_t site = (z * ny_ + y) * nx_ + x;
+    std::int32_t& bin = table_[site];
+    if (bin < 0) {
+      bin = static_cast<std::int32_t>(site_.size());
+      site_.push_back(site);
+      first_.push_back(-1);
+    }
+    bin_of_[i] = bin;
+    next_[i] = first_[bin];
+    first_[bin] = static_cast<std::int32_t>(i);
+  }
+}
+
+void EuclideanClusters::join(const std::vector<Eigen::Vector3f>& points, std::int32_t a, std::int32_t b) {
+  const std::int32_t root_a = find(a);
+  const std::int32_t root_b = find(b);
+  if (root_a == root_b) {
+    return;
+  }
+  for (std::int32_t i = first_[a]; i >= 0; i = next_[i]) {
+    for (std::int32_t j = first_[b]; j >= 0; j = next_[j]) {
+      if ((points[i] - points[j]).squaredNorm() < tolerance2_) {
+        parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+        return;
+      }
+    }
+  }
+}
+
+int EuclideanClusters::label(const std::vector<Eigen::Vector3f>& points, std::vector<std::int32_t>& labels) {
+  bin(points);
+  const auto bins = static_cast<std::int32_t>(site_.size());
+  parent_.resize(site_.size());
+  for (std::int32_t b = 0; b < bins; ++b) {
+    parent_[b] = b;
+  }
+  for (std::int32_t b = 0; b < bins; ++b) {
+    for (const std::int32_t offset : offsets_) {
+      const std::int32_t other = table_[site_[b] + offset];
+      if (other >= 0) {
+        join(points, b, other);
+      }
+    }
+  }
+  for (std::int32_t b = 0; b < bins; ++b) {
+    table_[site_[b]] = -1;
+  }
+  labels.resize(points.size());
+  int count = 0;
+  std::fill(first_.begin(), first_.end(), -1);  // from here on: label of a root
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::int32_t& name = first_[find(bin_of_[i])];
+    name = name < 0 ? count++ : name;
+    labels[i] = name;
+  }
+  return count;
+}
+
+}  // namespace yarm::perception

@@ -1,0 +1,167 @@
+#include "scene_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace yarm::perception {
+
+namespace {
+constexpr float kSite = 0.1F;          // edge of a site of the index, metres
+constexpr float kLargestMargin = 0.12F;  // no surface explains a point farther away, metres
+constexpr float kHiddenFace = 4.F;     // added cost of a face that looks away from the camera
+constexpr float kAwayCosine = 0.05F;
+}  // namespace
+
+SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
+  const auto tolerance = static_cast<float>(params.shape_tolerance);
+  tau2_ = tolerance * tolerance / 9.F;
+  for (int a = 0; a < 3; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    low_[a] = static_cast<float>(params.grid.min[i]);
+    n_[a] = std::max(1, static_cast<int>(std::ceil((params.grid.max[i] - params.grid.min[i]) / kSite)));
+  }
+}
+
+void SceneModel::clear() { pieces_.clear(); }
+
+void SceneModel::add(int object, const Solid& solid, const Eigen::Isometry3d& T_world_solid) {
+  Piece piece{object, solid.shape, solid.size.cast<float>(), {}, T_world_solid.linear().cast<float>(),
+              T_world_solid.translation().cast<float>(), {}};
+  piece.half = halfExtents(piece.shape, piece.size);
+  piece.extent = piece.R_world_solid.cwiseAbs() * piece.half;
+  pieces_.push_back(piece);
+}
+
+SceneModel::Range SceneModel::sitesOf(const Piece& piece) const {
+  Range range{};
+  for (int a = 0; a < 3; ++a) {
+    const float reach = piece.extent[a] + kLargestMargin;
+    range.low[a] = std::max(0, static_cast<int>(std::floor((piece.centre[a] - reach - low_[a]) / kSite)));
+    range.high[a] = std::min(n_[a] - 1, static_cast<int>(std::floor((piece.centre[a] + reach - low_[a]) / kSite)));
+  }
+  return range;
+}
+
+int SceneModel::siteOf(float x, float y, float z) const {
+  const auto along = [&](float value, int axis) {
+    return std::clamp(static_cast<int>((value - low_[axis]) * (1.F / kSite)), 0, n_[axis] - 1);
+  };
+  return (along(x, 0) * n_[1] + along(y, 1)) * n_[2] + along(z, 2);
+}
+
+template <typename Visit>
+void SceneModel::forSites(const Piece& piece, Visit visit) const {
+  const Range r = sitesOf(piece);
+  for (int x = r.low[0]; x <= r.high[0]; ++x) {
+    for (int y = r.low[1]; y <= r.high[1]; ++y) {
+      const int row = (x * n_[1] + y) * n_[2];
+      for (int z = r.low[2]; z <= r.high[2]; ++z) {
+        visit(static_cast<std::size_t>(row + z));
+      }
+    }
+  }
+}
+
+void SceneModel::index() {
+  const auto sites = static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
+  begin_.assign(sites + 1, 0);
+  for (const Piece& piece : pieces_) {
+    forSites(piece, [&](std::size_t site) { ++begin_[site + 1]; });
+  }
+  for (std::size_t s = 0; s < sites; ++s) {
+    begin_[s + 1] += begin_[s];
+  }
+  list_.resize(static_cast<std::size_t>(begin_[sites]));
+  for (std::size_t i = pieces_.size(); i-- > 0;) {
+    forSites(pieces_[i], [&](std::size_t site) { list_[static_cast<std::size_t>(--begin_[site + 1])] = static_cast<int>(i); });
+  }
+  // Filling walked each site's end back to its beginning, one place to the right of where it is read.
+  begin_.erase(begin_.begin());
+  begin_.push_back(static_cast<std::int32_t>(list_.size()));
+}
+
+Explanation SceneModel::explain(const MergedPoint& point) const {
+  Explanation best;
+  float best_cost = std::numeric_limits<float>::infinity();
+  const Eigen::Vector3f p(point.x, point.y, point.z);
+  const Eigen::Vector3f ray(point.ux, point.uy, point.uz);
+  const auto tolerance = static_cast<float>(params_.shape_tolerance);
+  const auto sigmas = static_cast<float>(params_.noise_sigmas);
+  const auto site = static_cast<std::size_t>(siteOf(p.x(), p.y(), p.z()));
+  for (std::int32_t e = begin_[site]; e < begin_[site + 1]; ++e) {
+    const std::int32_t i = list_[static_cast<std::size_t>(e)];
+    const Piece& piece = pieces_[static_cast<std::size_t>(i)];
+    const Eigen::Vector3f local = piece.R_world_solid.transpose() * (p - piece.centre);
+    const float gap = (local.cwiseAbs() - piece.half).maxCoeff();
+    if (gap > kLargestMargin || gap > tolerance + sigmas * point.sigma) {
+      continue;
+    }
+    const SurfaceDistance s = surfaceDistance(piece.shape, piece.size, local);
+    const Eigen::Vector3f normal = piece.R_world_solid * s.normal;
+    const float cosine = ray.dot(normal);
+    const float noise = point.sigma * std::abs(cosine);
+    if (s.distance > std::min(kLargestMargin, tolerance + sigmas * noise)) {
+      continue;
+    }
+    const float variance = noise * noise + tau2_;
+    const float cost = s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = {i, piece.object, s.distance, normal};
+    }
+  }
+  return best;
+}
+
+Explanation SceneModel::nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const {
+  Explanation best;
+  best.distance = reach;
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const Piece& piece = pieces_[i];
+    if (wanted[static_cast<std::size_t>(piece.object)] == 0) {
+      continue;
+    }
+    const Eigen::Vector3f local = piece.R_world_solid.transpose() * (point - piece.centre);
+    if ((local.cwiseAbs() - piece.half).maxCoeff() >= best.distance) {
+      continue;
+    }
+    const SurfaceDistance s = surfaceDistance(piece.shape, piece.size, local);
+    if (s.distance < best.distance) {
+      best = {static_cast<int>(i), piece.object, s.distance, piece.R_world_solid * s.normal};
+    }
+  }
+  return best;
+}
+
+float SceneModel::sigmasAbove(const MergedPoint& point, const Explanation& why) const {
+  const float noise = point.sigma * std::abs(Eigen::Vector3f(point.ux, point.uy, point.uz).dot(why.normal));
+  return why.distance / std::sqrt(noise * noise + tau2_);
+}
+
+void SceneModel::cellsInside(int index, std::vector<Eigen::Vector3f>& out) const {
+  const Piece& piece = pieces_[static_cast<std::size_t>(index)];
+  const GridSpec& grid = params_.grid;
+  Eigen::Vector3f edge;
+  int low[3];
+  int high[3];
+  for (int a = 0; a < 3; ++a) {
+    edge[a] = static_cast<float>(grid.resolution(a));
+    const int cells = grid.size[static_cast<std::size_t>(a)];
+    low[a] = std::max(0, static_cast<int>(std::ceil((piece.centre[a] - piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
+    high[a] = std::min(cells - 1, static_cast<int>(std::floor((piece.centre[a] + piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
+  }
+  for (int x = low[0]; x <= high[0]; ++x) {
+    for (int y = low[1]; y <= high[1]; ++y) {
+      for (int z = low[2]; z <= high[2]; ++z) {
+        const Eigen::Vector3f c = low_ + edge.cwiseProduct(Eigen::Vector3i(x, y, z).cast<float>() + Eigen::Vector3f::Constant(0.5F));
+        const Eigen::Vector3f local = piece.R_world_solid.transpose() * (c - piece.centre);
+        if ((local.cwiseAbs() - piece.half).maxCoeff() < 0.F && surfaceDistance(piece.shape, piece.size, local).distance < 0.F) {
+          out.push_back(c);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace yarm::perception

@@ -1,0 +1,72 @@
+// The known solids of one set at their present poses, and which of them explains a point.
+#pragma once
+
+#include "yarm/perception/association.hpp"
+#include "yarm/perception/solids.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace yarm::perception {
+
+/// Why a point is where it is: a surface it lies on within the sensor's noise.
+struct Explanation {
+  int piece{-1};                                       ///< index of the solid, -1 = none explains the point
+  int object{-1};                                      ///< its object
+  float distance{0};                                   ///< to the surface, metres, negative inside
+  Eigen::Vector3f normal{Eigen::Vector3f::UnitZ()};    ///< outward, world
+};
+
+/// Known solids of all objects. Buffers are kept between sets.
+class SceneModel {
+ public:
+  explicit SceneModel(const AssociationParams& params);
+
+  /// Starts a new set.
+  void clear();
+  /// Adds a solid of an object at its present pose.
+  void add(int object, const Solid& solid, const Eigen::Isometry3d& T_world_solid);
+  /// Finishes a set: lists the solids near each part of the volume.
+  void index();
+
+  /// The most likely surface within the noise of the point. `scale` narrows (< 1) the noise it may be off by.
+  [[nodiscard]] Explanation explain(const MergedPoint& point) const;
+  /// The nearest solid of all whose object `wanted` marks, within `reach` metres.
+  [[nodiscard]] Explanation nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const;
+  /// How far (in sigmas of its noise) a point is above the surface that explains it; for telling low things on a table.
+  [[nodiscard]] float sigmasAbove(const MergedPoint& point, const Explanation& why) const;
+  /// Appends the centres of the grid's cells that lie inside a solid.
+  void cellsInside(int piece, std::vector<Eigen::Vector3f>& out) const;
+
+  [[nodiscard]] int pieces() const { return static_cast<int>(pieces_.size()); }
+  [[nodiscard]] int objectOf(int piece) const { return pieces_[static_cast<std::size_t>(piece)].object; }
+
+ private:
+  struct Piece {
+    int object;
+    Solid::Shape shape;
+    Eigen::Vector3f size;
+    Eigen::Vector3f half;
+    Eigen::Matrix3f R_world_solid;
+    Eigen::Vector3f centre;  // of the solid, world
+    Eigen::Vector3f extent;  // half extents in the world's axes
+  };
+  struct Range {
+    int low[3];
+    int high[3];
+  };
+  [[nodiscard]] Range sitesOf(const Piece& piece) const;
+  [[nodiscard]] int siteOf(float x, float y, float z) const;
+  template <typename Visit>
+  void forSites(const Piece& piece, Visit visit) const;
+
+  AssociationParams params_;
+  float tau2_;
+  Eigen::Vector3f low_;
+  int n_[3]{};
+  std::vector<Piece> pieces_;
+  std::vector<std::int32_t> begin_;     // first entry of each site in list_
+  std::vector<std::int32_t> list_;      // solids near each site
+};
+
+}  // namespace yarm::perception

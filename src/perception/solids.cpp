@@ -1,0 +1,155 @@
+#include "yarm/perception/solids.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace yarm::perception {
+
+namespace {
+
+constexpr float kTiny = 1e-6F;
+
+SurfaceDistance boxDistance(const Eigen::Vector3f& half, const Eigen::Vector3f& p) {
+  const Eigen::Vector3f q = p.cwiseAbs() - half;
+  const Eigen::Vector3f sign(p.x() < 0 ? -1.F : 1.F, p.y() < 0 ? -1.F : 1.F, p.z() < 0 ? -1.F : 1.F);
+  const Eigen::Vector3f out = q.cwiseMax(0.F);
+  const float d = out.norm();
+  if (d > kTiny) {
+    return {d, (out / d).cwiseProduct(sign)};
+  }
+  int axis = 0;
+  const float inside = q.maxCoeff(&axis);
+  SurfaceDistance result{inside, Eigen::Vector3f::Zero()};
+  result.normal[axis] = sign[axis];
+  return result;
+}
+
+SurfaceDistance sphereDistance(float radius, const Eigen::Vector3f& p) {
+  const float length = p.norm();
+  return {length - radius, length > kTiny ? Eigen::Vector3f(p / length) : Eigen::Vector3f::UnitZ()};
+}
+
+SurfaceDistance cylinderDistance(float radius, float half, const Eigen::Vector3f& p) {
+  const float rho = std::hypot(p.x(), p.y());
+  const Eigen::Vector3f radial = rho > kTiny ? Eigen::Vector3f(p.x() / rho, p.y() / rho, 0.F) : Eigen::Vector3f::UnitX();
+  const Eigen::Vector3f axial(0.F, 0.F, p.z() < 0 ? -1.F : 1.F);
+  const float dr = rho - radius;
+  const float dz = std::abs(p.z()) - half;
+  const float or_ = std::max(dr, 0.F);
+  const float oz = std::max(dz, 0.F);
+  const float d = std::hypot(or_, oz);
+  if (d > kTiny) {
+    return {d, (or_ * radial + oz * axial) / d};
+  }
+  return dr > dz ? SurfaceDistance{dr, radial} : SurfaceDistance{dz, axial};
+}
+
+SurfaceDistance capsuleDistance(float radius, float half, const Eigen::Vector3f& p) {
+  return sphereDistance(radius, {p.x(), p.y(), p.z() - std::clamp(p.z(), -half, half)});
+}
+
+int steps(float length, float pitch) { return std::max(1, static_cast<int>(std::ceil(length / pitch))); }
+
+void sampleBox(const Eigen::Vector3f& half, float pitch, std::vector<Eigen::Vector3f>& out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    const int nu = steps(2 * half[u], pitch);
+    const int nv = steps(2 * half[v], pitch);
+    for (int i = 0; i <= nu; ++i) {
+      for (int j = 0; j <= nv; ++j) {
+        for (const float side : {-1.F, 1.F}) {
+          Eigen::Vector3f p;
+          p[axis] = side * half[axis];
+          p[u] = half[u] * (2.F * static_cast<float>(i) / static_cast<float>(nu) - 1.F);
+          p[v] = half[v] * (2.F * static_cast<float>(j) / static_cast<float>(nv) - 1.F);
+          out.push_back(p);
+        }
+      }
+    }
+  }
+}
+
+void sampleRing(float radius, float z, float pitch, std::vector<Eigen::Vector3f>& out) {
+  const int n = steps(2.F * static_cast<float>(M_PI) * radius, pitch);
+  for (int i = 0; i < n; ++i) {
+    const float angle = 2.F * static_cast<float>(M_PI) * static_cast<float>(i) / static_cast<float>(n);
+    out.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+  }
+}
+
+void sampleCylinder(float radius, float half, float pitch, std::vector<Eigen::Vector3f>& out) {
+  const int nz = steps(2 * half, pitch);
+  for (int i = 0; i <= nz; ++i) {
+    sampleRing(radius, half * (2.F * static_cast<float>(i) / static_cast<float>(nz) - 1.F), pitch, out);
+  }
+  const int nr = steps(radius, pitch);
+  for (int i = 0; i < nr; ++i) {
+    const float r = radius * static_cast<float>(i) / static_cast<float>(nr);
+    sampleRing(r, half, pitch, out);
+    sampleRing(r, -half, pitch, out);
+  }
+}
+
+void sampleCaps(float radius, float half, float pitch, std::vector<Eigen::Vector3f>& out) {
+  const int n = steps(0.5F * static_cast<float>(M_PI) * radius, pitch);
+  for (int i = 0; i <= n; ++i) {
+    const float angle = 0.5F * static_cast<float>(M_PI) * static_cast<float>(i) / static_cast<float>(n);
+    for (const float side : {-1.F, 1.F}) {
+      sampleRing(radius * std::cos(angle), side * (half + radius * std::sin(angle)), pitch, out);
+    }
+  }
+}
+
+}  // namespace
+
+SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& point) {
+  switch (shape) {
+    case Solid::Shape::kSphere:
+      return sphereDistance(size.x(), point);
+    case Solid::Shape::kCylinder:
+      return cylinderDistance(size.x(), 0.5F * size.z(), point);
+    case Solid::Shape::kCapsule:
+      return capsuleDistance(size.x(), 0.5F * size.z(), point);
+    case Solid::Shape::kBox:
+      break;
+  }
+  return boxDistance(0.5F * size, point);
+}
+
+Eigen::Vector3f halfExtents(Solid::Shape shape, const Eigen::Vector3f& size) {
+  switch (shape) {
+    case Solid::Shape::kSphere:
+      return Eigen::Vector3f::Constant(size.x());
+    case Solid::Shape::kCylinder:
+      return {size.x(), size.x(), 0.5F * size.z()};
+    case Solid::Shape::kCapsule:
+      return {size.x(), size.x(), 0.5F * size.z() + size.x()};
+    case Solid::Shape::kBox:
+      break;
+  }
+  return 0.5F * size;
+}
+
+std::vector<Eigen::Vector3f> sampleSurface(Solid::Shape shape, const Eigen::Vector3f& size, float pitch) {
+  std::vector<Eigen::Vector3f> out;
+  const float half = 0.5F * size.z();
+  switch (shape) {
+    case Solid::Shape::kSphere:
+      sampleCaps(size.x(), 0.F, pitch, out);
+      break;
+    case Solid::Shape::kCylinder:
+      sampleCylinder(size.x(), half, pitch, out);
+      break;
+    case Solid::Shape::kCapsule:
+      sampleCylinder(size.x(), half, pitch, out);
+      sampleCaps(size.x(), half, pitch, out);
+      break;
+    case Solid::Shape::kBox:
+      sampleBox(0.5F * size, pitch, out);
+      break;
+  }
+  return out;
+}
+
+}  // namespace yarm::perception
