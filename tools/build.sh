@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
 # Configures (once) and builds the package in build/; incremental, quick when nothing changed.
-set -u
 cd "$(dirname "$0")/.." || exit 1
 # shellcheck source=tools/steps.sh
 source tools/steps.sh

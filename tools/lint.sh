@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
 # All linters; every one runs, then the verdict. Needs tools/env.sh sourced and the package built.
-set -u
 cd "$(dirname "$0")/.." || exit 1
 failed=()
 check() {
