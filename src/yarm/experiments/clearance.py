@@ -45,9 +45,7 @@ def box(x: float, y: float, yaw_rad: float, size: Sequence[float], z_low: float)
 ANKURBOT: Tuple[Upright, ...] = (
     *(Upright(Pose2(d.x, d.y), (0.0, 0.0), d.radius, d.z) for d in ANKURBOT_DISCS if d.radius > 0.2 or d.x == 0.0),
     *(
-        Upright(
-            Pose2(sum(b.x) / 2.0, sum(b.y) / 2.0), ((b.x[1] - b.x[0]) / 2.0, (b.y[1] - b.y[0]) / 2.0), 0.0, b.z
-        )
+        Upright(Pose2(sum(b.x) / 2.0, sum(b.y) / 2.0), ((b.x[1] - b.x[0]) / 2.0, (b.y[1] - b.y[0]) / 2.0), 0.0, b.z)
         for b in ANKURBOT_BEAMS
     ),
 )

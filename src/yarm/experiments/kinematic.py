@@ -145,14 +145,15 @@ class KinematicWorld:
             self.arm.step(TICK_S, self.arm_enabled)
         for robot in self.robots.values():
             robot.step(self.now_s)
-        if self._ticks % CHECK_TICKS == 0:
+        if self.check_due:
             points = np.zeros((0, 3)) if self.arm is None else self.arm.points()
             for robot in self.robots.values():
                 self._check(robot, points)
 
-    def goal_xy(self, name: str) -> Tuple[float, float]:
-        """Centre of a goal's column, metres, world."""
-        return self.spec.column_center(self.goals[name].column)
+    @property
+    def check_due(self) -> bool:
+        """Whether touches are looked for in this tick."""
+        return self._ticks % CHECK_TICKS == 0
 
     def request(self, assignments: Mapping[str, str]) -> PlanRequest:
         """What the planner would be given now."""
@@ -160,7 +161,7 @@ class KinematicWorld:
         objects: Dict[str, IntArray] = dict(self.static_cells)
         if self.arm is not None:
             objects["hc10_barc"] = self.spec.cells_inside(self.arm.points())
-        robots = tuple(self._seen(robot) for robot in self.robots.values())
+        robots = tuple(self.seen(robot) for robot in self.robots.values())
         for cells in [*objects.values(), *(robot.cells for robot in robots)]:
             inside = cells[self.spec.contains(cells)]
             grid[inside[:, 0], inside[:, 1], inside[:, 2]] = 1
@@ -181,7 +182,8 @@ class KinematicWorld:
             return False
         return self.arm is None or points_distance(solids, self.arm.points()) > TOUCH_M
 
-    def _seen(self, robot: KinematicRobot) -> Robot:
+    def seen(self, robot: KinematicRobot) -> Robot:
+        """A robot as the planner is shown it."""
         pose = robot.pose
         column = self.spec.column_of((pose.x, pose.y))
         x, y = self.spec.column_center(column)

@@ -1,0 +1,98 @@
+"""Reproduces the published table and figures: ``rosrun yarm reproduce`` (needs no ROS)."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import List, Sequence
+
+from yarm.experiments.study import Study, single_study, table_study
+from yarm.experiments.study_report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
+from yarm.experiments.study_runner import StudyError, run_specs
+from yarm.experiments.trial import TrialResult
+from yarm.geometry import GridSpec
+
+BAR = 40
+STUDIES = ("table", "planning_time")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Options of ``rosrun yarm reproduce``."""
+    options = argparse.ArgumentParser(
+        prog="reproduce", description="Run the published studies in the kinematic world and print ours beside theirs."
+    )
+    options.add_argument("--trials", type=int, default=30, help="seeds for each cell of the table")
+    options.add_argument("--time-trials", type=int, default=10, help="seeds for each line of the planning-time figure")
+    options.add_argument("--study", choices=STUDIES, action="append", help="only this one; may be repeated")
+    options.add_argument("--planner", action="append", help="only this planner; may be repeated")
+    options.add_argument("--results", default="results/reproduce", help="folder to write to and to resume from")
+    options.add_argument("--scheduler", default="", help="address of a Dask scheduler; default: local processes")
+    options.add_argument("--workers", type=int, default=0, help="local processes; 0 for one a core")
+    return options
+
+
+def studies_of(options: argparse.Namespace) -> List[Study]:
+    """The studies that are asked for."""
+    chosen = [table_study(options.trials), single_study(options.time_trials)]
+    wanted = options.study or STUDIES
+    planners = tuple(options.planner or chosen[0].planners)
+    return [
+        Study(study.name, study.scene, study.replanning, study.trials, planners, study.particles)
+        for study in chosen
+        if study.name in wanted
+    ]
+
+
+class ProgressBar:
+    """A line that is written again and again, with the time left."""
+
+    def __init__(self, title: str) -> None:
+        """Time counts from now."""
+        self._title = title
+        self._began = time.monotonic()
+        self._at_start = -1
+
+    def __call__(self, done: int, total: int, key: str) -> None:
+        """Show that so many of all are done."""
+        if self._at_start < 0:
+            self._at_start = done
+        spent = time.monotonic() - self._began
+        fresh = done - self._at_start
+        left = f"{spent / fresh * (total - done):5.0f} s left" if fresh else "            "
+        filled = BAR * done // max(1, total)
+        sys.stdout.write(f"\r{self._title} [{'#' * filled}{'.' * (BAR - filled)}] {done}/{total} {left} {key:45.45}")
+        if done == total:
+            sys.stdout.write("\n")
+        sys.stdout.flush()
+
+
+def report(study: Study, results: Sequence[TrialResult], folder: Path) -> str:
+    """Write the tables and figures of one study; the text to print."""
+    write_trials(results, folder / f"{study.name}_trials.csv")
+    if study.name == "planning_time":
+        return f"figure: {write_planning_times(results, folder)}"
+    plot_rates(results, folder / "table.png")
+    plot_waypoints(results, folder / "table_waypoints.png", GridSpec(), study.scene)
+    return write_table(results, folder)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the studies; 0 when every trial could be run, 130 when interrupted (run again to go on)."""
+    options = parser().parse_args(arguments)
+    folder = Path(options.results)
+    for study in studies_of(options):
+        try:
+            results = run_specs(
+                study.specs(), folder / "trials", options.scheduler, options.workers, ProgressBar(study.name)
+            )
+        except StudyError as error:
+            sys.stderr.write(f"\n{error}\n")
+            return 1
+        except KeyboardInterrupt:
+            sys.stderr.write(f"\ninterrupted; what is done is in {folder / 'trials'}: run the same command to go on\n")
+            return 130
+        sys.stdout.write("\n" + report(study, results, folder) + "\n\n")
+    sys.stdout.write(f"numbers and figures: {folder.resolve()}\n")
+    return 0

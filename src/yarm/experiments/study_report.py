@@ -1,0 +1,146 @@
+"""Tables (CSV, Markdown) and figures of a study."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any, Dict, List, Sequence, Tuple
+
+import numpy as np
+
+from yarm.experiments.plots import new_figure, save_figure
+from yarm.experiments.statistics import percentile
+from yarm.experiments.study import PARTICLES, TABLE_HEADER, CellSummary, summarise, table_rows
+from yarm.experiments.tables import markdown_table
+from yarm.experiments.trial import TrialResult
+from yarm.geometry import GridSpec
+
+SHARES = ("stationary", "moving", "stuck", "solved", "clean", "elsewhere", "free_end")
+SHARE_TITLES = (
+    "hits stationary",
+    "hits moving",
+    "stuck",
+    "solved",
+    "solved, nothing touched",
+    "declared elsewhere",
+    "touched, end was free",
+)
+
+
+def write_trials(results: Sequence[TrialResult], path: Path) -> None:
+    """One line a trial."""
+    header = ("scene", "planner", "replanning", "particles", "seed", "solved", "declared", "declared_m", "stuck")
+    header += ("hits_stationary", "hits_moving", "free_end_touches", "first_path", "sent", "path_m", "time_s")
+    header += ("least_m", "planning_p50_ms", "reason")
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(header)
+        for r in results:
+            s = r.spec
+            row: List[Any] = [s.scene, s.planner, int(s.replanning), s.particles, s.seed, int(r.solved)]
+            row += [int(r.declared), f"{r.declared_m:.3f}", int(r.stuck)]
+            row += [" ".join(r.hits_stationary), " ".join(r.hits_moving), r.free_end_touches, r.first_path, len(r.sent)]
+            row += [f"{v:.3f}" for v in (r.path_m, r.time_s, r.least_m, percentile(r.planning_ms, 50))]
+            writer.writerow([*row, r.reason])
+
+
+def write_table(results: Sequence[TrialResult], folder: Path) -> str:
+    """The table as ``table.csv`` and ``table.md``; the Markdown text."""
+    summaries = summarise(results)
+    with (folder / "table.csv").open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        bounds = [f"{name}_{part}" for name in SHARES for part in ("rate", "low", "high")]
+        writer.writerow(["planner", "replanning", "particles", "trials", "first_path_median", "path_median_m", *bounds])
+        writer.writerows(_csv_row(cell) for cell in summaries)
+    text = markdown_table(TABLE_HEADER, table_rows(summaries))
+    (folder / "table.md").write_text(text + "\n")
+    return text
+
+
+def _csv_row(cell: CellSummary) -> List[Any]:
+    row: List[Any] = [cell.planner, int(cell.replanning), cell.particles, cell.trials]
+    row += [percentile(cell.first_path, 50), percentile(cell.path_m, 50)]
+    for name in SHARES:
+        share = cell.shares[name]
+        row += [f"{value:.4f}" for value in (share.rate, *share.interval)]
+    return row
+
+
+def plot_rates(results: Sequence[TrialResult], path: Path) -> Path:
+    """Rates with 95 % intervals by number of particles, with and without re-planning, for each planner."""
+    summaries = summarise(results)
+    figure, axes = new_figure(16.0, 3.6, len(SHARES))
+    groups = sorted({(cell.planner, cell.replanning) for cell in summaries})
+    for axis, name, title in zip(axes, SHARES, SHARE_TITLES):
+        for shift, (planner, replanning) in enumerate(groups):
+            cells = [c for c in summaries if (c.planner, c.replanning) == (planner, replanning)]
+            x = [PARTICLES.index(c.particles) + 0.15 * (shift - (len(groups) - 1) / 2) for c in cells]
+            y = np.array([c.shares[name].rate for c in cells])
+            bounds = np.array([c.shares[name].interval for c in cells])
+            errors = np.abs(np.stack([y - bounds[:, 0], bounds[:, 1] - y]))
+            label = f"{planner}, {'re-planning' if replanning else 'planned once'}"
+            axis.errorbar(x, y, errors, fmt="o", ms=4, capsize=2, label=label)
+        axis.set(title=title, ylim=(-0.05, 1.05), xlabel="particles")
+        axis.set_xticks(range(len(PARTICLES)))
+        axis.set_xticklabels([str(n) for n in PARTICLES])
+        axis.grid(True, alpha=0.3)
+    axes[0].set_ylabel("share of trials, 95 % interval")
+    axes[0].legend(fontsize="x-small", loc="upper center")
+    return save_figure(figure, path)
+
+
+def planning_times(results: Sequence[TrialResult]) -> Dict[Tuple[str, int], List[Tuple[float, float, float]]]:
+    """By planner and particles: median and quartiles, ms, of the planning time at each waypoint index."""
+    times: Dict[Tuple[str, int], List[List[float]]] = {}
+    for result in results:
+        rows = times.setdefault((result.spec.planner, result.spec.particles), [])
+        for index, value in enumerate(result.planning_ms):
+            if index == len(rows):
+                rows.append([])
+            rows[index].append(value)
+    return {
+        key: [(percentile(row, 50), percentile(row, 25), percentile(row, 75)) for row in rows]
+        for key, rows in sorted(times.items())
+    }
+
+
+def write_planning_times(results: Sequence[TrialResult], folder: Path) -> Path:
+    """``planning_time.csv`` and the figure of planning time against waypoint index."""
+    series = planning_times(results)
+    with (folder / "planning_time.csv").open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["planner", "particles", "waypoint", "median_ms", "quartile_1_ms", "quartile_3_ms"])
+        for (planner, particles), rows in series.items():
+            writer.writerows([planner, particles, i, *(f"{v:.4f}" for v in row)] for i, row in enumerate(rows))
+    planners = sorted({planner for planner, _ in series})
+    figure, axes = new_figure(5.5 * max(1, len(planners)), 4.2, max(1, len(planners)))
+    for axis, planner in zip(axes, planners):
+        for particles in PARTICLES:
+            rows = series.get((planner, particles), [])
+            if not rows:
+                continue
+            middle, low, high = (np.array(column) for column in zip(*rows))
+            axis.plot(range(len(middle)), middle, "o-", ms=3, label=f"{particles} particles")
+            axis.fill_between(range(len(middle)), low, high, alpha=0.2)
+        axis.set(title=f"single, {planner}", xlabel="waypoint index", ylabel="planning time, ms", yscale="log")
+        axis.grid(True, which="both", alpha=0.3)
+        axis.legend(fontsize="small")
+    return save_figure(figure, folder / "planning_time.png")
+
+
+def plot_waypoints(results: Sequence[TrialResult], path: Path, spec: GridSpec, title: str) -> Path:
+    """Heat map of the columns that were sent, over all trials of each planner with re-planning."""
+    planners = sorted({r.spec.planner for r in results})
+    figure, axes = new_figure(5.5 * max(1, len(planners)), 5.0, max(1, len(planners)))
+    for axis, planner in zip(axes, planners):
+        heat = np.zeros(spec.shape[:2])
+        for result in results:
+            if result.spec.planner == planner and result.spec.replanning:
+                for x, y in result.sent:
+                    heat[x, y] += 1
+        shown = np.where(heat.T > 0, heat.T, math.nan)
+        image = axis.imshow(shown, origin="lower", cmap="YlOrRd")
+        figure.colorbar(image, ax=axis, shrink=0.8, label="waypoints sent into the cell")
+        axis.set(title=f"{title}, {planner}", xlabel="grid index x", ylabel="grid index y")
+    return save_figure(figure, path)

@@ -1,0 +1,117 @@
+"""Runs the trials of a study across processes (Dask distributed), one JSON file a trial, so that it can be resumed."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional, Sequence
+
+from yarm.experiments.trial import TrialResult, TrialSpec, run_trial
+
+Progress = Callable[[int, int, str], None]
+"""Called with trials done, trials in all, and the key of the one just done."""
+
+
+class StudyError(RuntimeError):
+    """Trials failed; the message names them and what was raised."""
+
+
+def load_results(folder: Path, specs: Sequence[TrialSpec]) -> Dict[str, TrialResult]:
+    """Results on disk of these trials, by key; a file that cannot be read counts as not there."""
+    found = {}
+    for spec in specs:
+        path = folder / f"{spec.key}.json"
+        try:
+            result = TrialResult.from_json(json.loads(path.read_text()))
+        except (FileNotFoundError, ValueError, TypeError):
+            continue
+        if result.spec == spec:
+            found[spec.key] = result
+    return found
+
+
+def run_specs(
+    specs: Sequence[TrialSpec],
+    folder: Path,
+    scheduler: str = "",
+    workers: int = 0,
+    on_progress: Optional[Progress] = None,
+) -> List[TrialResult]:
+    """Run what is not on disk yet and give back everything, in the order of the specs.
+
+    Args:
+        specs: the trials.
+        folder: one JSON file for each trial; made when missing.
+        scheduler: address of a Dask scheduler; empty for local processes.
+        workers: local processes; 0 for one a core, 1 for none at all (in this process).
+        on_progress: called after each trial.
+
+    Raises:
+        StudyError: trials raised; all others are on disk.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    done = load_results(folder, specs)
+    todo = [spec for spec in specs if spec.key not in done]
+    faults: List[str] = []
+
+    def keep(spec: TrialSpec, outcome: Any) -> None:
+        if isinstance(outcome, TrialResult):
+            _store(folder, outcome)
+            done[spec.key] = outcome
+        else:
+            faults.append(f"{spec.key}: {outcome!r}")
+        if on_progress is not None:
+            on_progress(len(done) + len(faults), len(specs), spec.key)
+
+    if on_progress is not None:
+        on_progress(len(done), len(specs), "")
+    if todo and workers == 1 and not scheduler:
+        for spec in todo:
+            keep(spec, attempt(spec))
+    elif todo:
+        _run_distributed(todo, scheduler, workers, keep)
+    if faults:
+        raise StudyError(f"{len(faults)} of {len(specs)} trials failed: " + "; ".join(faults[:5]))
+    return [done[spec.key] for spec in specs]
+
+
+def attempt(spec: TrialSpec) -> Any:
+    """The trial's result, or the exception it raised."""
+    try:
+        return run_trial(spec)
+    except Exception as error:  # whatever it is, the other trials go on
+        return error
+
+
+def _run_distributed(
+    todo: Sequence[TrialSpec], scheduler: str, workers: int, keep: Callable[[TrialSpec, Any], None]
+) -> None:
+    from distributed import Client, LocalCluster, as_completed  # noqa: PLC0415  (slow to import)
+
+    logging.getLogger("distributed").setLevel(logging.ERROR)
+    cluster = None
+    if not scheduler:
+        cluster = LocalCluster(
+            n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, dashboard_address=None, memory_limit=0
+        )
+    client = Client(scheduler or cluster)
+    try:
+        futures = {client.submit(attempt, spec, key=spec.key, pure=False): spec for spec in todo}
+        for future in as_completed(list(futures)):
+            outcome = future.exception() if future.status == "error" else future.result()
+            keep(futures[future], outcome)
+            future.release()
+    finally:
+        client.close()
+        if cluster is not None:
+            cluster.close()
+
+
+def _store(folder: Path, result: TrialResult) -> None:
+    """Write the file whole or not at all."""
+    path = folder / f"{result.spec.key}.json"
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(result.to_json()))
+    part.replace(path)
