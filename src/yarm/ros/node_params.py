@@ -7,9 +7,11 @@ from typing import Any, Dict, Type
 from yarm.ros.controls_server_params import ControlsServerParams
 from yarm.ros.experiment_params import ExperimentParams
 from yarm.ros.seed_tf_publisher_params import SeedTfPublisherParams
+from yarm.ros.simulation_params import SimulationParams
 
 NODE_PARAMS: Dict[str, Type[Any]] = {
     "multi_robot_controls_server": ControlsServerParams,
     "run_experiment": ExperimentParams,
     "seed_tf_publisher": SeedTfPublisherParams,
+    "simulation": SimulationParams,
 }

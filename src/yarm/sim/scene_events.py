@@ -103,6 +103,10 @@ class Script:
         self._due = [(due_s, event) for due_s, event in self._due if due_s > now.time_s]
         return ready
 
+    def again(self, event: Event, time_s: float) -> None:
+        """Let an event that could not happen fire once more, at a simulated time."""
+        self._due.append((time_s, event))
+
 
 def _holds(when: Trigger, now: Situation) -> bool:
     if when.time_s is not None:

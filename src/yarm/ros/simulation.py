@@ -1,0 +1,271 @@
+"""Node ``simulation``: the cell in PyBullet, with the topics, frames and rates of a real one (docs/ros_api.md).
+
+One thread owns the world. Each round of its loop is a tick: physics, clock, frames, joints; every second tick the
+cameras. In between it works off the inbox, until real time has caught up or, in lock-step, until everyone has answered.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Dict, Optional, Tuple
+
+import rospy
+
+from yarm.params import ParamError
+from yarm.ros import names
+from yarm.ros.params import load_params
+from yarm.ros.simulation_inbox import Inbox, missing_acks
+from yarm.ros.simulation_outbox import CAMERAS, Outbox, frame_poses
+from yarm.ros.simulation_params import SimulationParams
+from yarm.sim.cameras import Eyes
+from yarm.sim.contacts import ContactKind
+from yarm.sim.scene import HALF_CELL_M, TOP_M, SceneError, ThingSpec, load_scene
+from yarm.sim.scene_events import Event, Script, Situation
+from yarm.sim.world import STEPS_PER_SECOND, TICK_S, SpawnError, World
+
+BACKLOG_S = 0.25
+"""After a hold-up the loop makes up at most this much wall time, s."""
+DEFAULT_BOX_M = (0.2, 0.2, 0.2)
+SYNC_EVENT_TICKS = 30
+"""In lock-step, events that wait for messages are looked at this often, so that they fire at the same tick each time."""
+
+
+class Stopwatch:
+    """Wall time spent in each part of the loop."""
+
+    def __init__(self) -> None:
+        """Start now."""
+        self._spent: Dict[str, float] = {}
+        self._mark = self._since = time.perf_counter()
+
+    def lap(self, part: str) -> None:
+        """Put the time since the last lap to a part's account."""
+        now = time.perf_counter()
+        self._spent[part] = self._spent.get(part, 0.0) + now - self._mark
+        self._mark = now
+
+    def take(self, frames: int) -> Tuple[float, Dict[str, float]]:
+        """Seconds since the last call and milliseconds per frame of each part; starts afresh."""
+        now = time.perf_counter()
+        wall, self._since = now - self._since, now
+        parts = {part: 1e3 * spent / max(frames, 1) for part, spent in self._spent.items()}
+        self._spent = {}
+        return wall, parts
+
+
+class SimulationNode:
+    """The simulated cell on ROS."""
+
+    def __init__(self, params: SimulationParams) -> None:
+        """Build the scene and advertise everything.
+
+        Raises:
+            SceneError: the scene file is faulty.
+            SpawnError: its bodies overlap.
+        """
+        self._params = params
+        scene = load_scene(params.scene)
+        self._world = World(scene, params, gui=params.gui)
+        self._eyes = Eyes(scene.seed if params.seed < 0 else params.seed, params.depth_noise)
+        self._script = Script(scene.events)
+        self._off: Tuple[int, ...] = ()
+        self._version = -1
+        self._sets = 0
+        self._frames_since_status = 0
+        self._reported: Dict[Tuple[str, str], bool] = {}
+        self._watch = Stopwatch()
+        self._outbox = Outbox(self._world)
+        self._inbox = Inbox(self._world, self._serve_spawn, self._serve_delete, params.sync)
+
+    def run(self) -> None:
+        """Simulate until the node is shut down."""
+        self._next_s = time.monotonic()
+        if self._params.sync:
+            self._warm_up()
+        while not rospy.is_shutdown():
+            self._advance()
+            stamp_ns, is_set = self._publish()
+            if self._params.sync:
+                self._wait_for_participants(stamp_ns, is_set)
+            self._pace()
+        self._world.close()
+
+    def _advance(self) -> None:
+        self._inbox.work_until(0.0)
+        self._run_script()
+        self._watch.lap("inbox")
+        for robot in self._world.tick():
+            self._inbox.warn_once(names.cmd_vel(robot), "angular.z left out: the wheels are parallel, no turning centre")
+        self._watch.lap("physics")
+
+    def _publish(self) -> Tuple[int, bool]:
+        """Publish the tick; its stamp, ns, and whether it was a camera set."""
+        stamp = rospy.Time(*divmod(self._world.time_ns, 1_000_000_000))
+        if self._version != self._world.version:
+            self._version = self._world.version
+            self._outbox.objects(stamp, frame_poses(list(self._eyes.overhead_poses)))
+            self._eyes.look_at(self._world.bodies, self._world.transforms())
+        self._outbox.tick(stamp)
+        self._watch.lap("tick")
+        tick = round(self._world.time_s / TICK_S)
+        if tick % 2 == 0:
+            self._camera_set(stamp, tick // 2)
+        return stamp.to_nsec(), tick % 2 == 0
+
+    def _camera_set(self, stamp: rospy.Time, frame: int) -> None:
+        poses = self._world.transforms()
+        for camera in CAMERAS:
+            if camera in self._off:
+                continue
+            points = self._eyes.overhead_cloud(camera, poses, frame)
+            self._watch.lap("cameras")
+            self._outbox.cloud(camera, stamp, points)
+            self._watch.lap("publish")
+        for arm in self._world.arms:
+            if frame % 2 == 0 and self._outbox.wrist_wanted(arm):
+                optical = poses[names.wrist_optical_frame(arm)]
+                self._outbox.wrist_cloud(arm, stamp, self._eyes.wrist_cloud(optical, poses, frame))
+                self._watch.lap("wrist")
+        self._sets += 1
+        self._frames_since_status += 1
+        self._ground_truth(stamp)
+        if self._frames_since_status * 2 * TICK_S >= self._params.status_period - 1e-9:
+            wall, parts = self._watch.take(self._frames_since_status)
+            factor = self._frames_since_status * 2 * TICK_S / max(wall, 1e-9)
+            self._outbox.status(stamp, factor, self._sets, parts)
+            self._frames_since_status = 0
+
+    def _ground_truth(self, stamp: rospy.Time) -> None:
+        contacts = self._world.contacts.take()
+        for contact in contacts:
+            key = (f"{contact.a.body} {contact.a.link}", f"{contact.b.body} {contact.b.link}")
+            if contact.kind is ContactKind.FAILURE and key not in self._reported:
+                self._reported[key] = True
+                rospy.logwarn("contact at %.3f s: %s touches %s, %.4f m deep (said once)", stamp.to_sec(), *key, contact.depth_m)
+        self._outbox.contacts(stamp, contacts)
+        if self._sets % self._params.clearance_every == 0 and self._outbox.clearance_wanted():
+            self._outbox.clearance(stamp)
+        self._watch.lap("truth")
+
+    def _pace(self) -> None:
+        factor = self._params.real_time_factor
+        if factor <= 0.0:
+            return
+        now = time.monotonic()
+        self._next_s = max(self._next_s + TICK_S / factor, now - BACKLOG_S)
+        self._inbox.work_until(self._next_s)
+        self._watch.lap("wait")
+
+    def _wait_for_participants(self, stamp_ns: int, is_set: bool) -> None:
+        limit = time.monotonic() + self._params.sync_timeout
+        while not rospy.is_shutdown():
+            self._inbox.work_until(0.0)
+            missing = self._missing(stamp_ns, is_set)
+            if missing is None:
+                break
+            if time.monotonic() > limit:
+                raise SyncError(f"lock-step at {stamp_ns / 1e9:.4f} s: {missing}; waited {self._params.sync_timeout:g} s")
+            self._inbox.work_one(0.1)
+        self._watch.lap("lock-step")
+
+    def _missing(self, stamp_ns: int, is_set: bool) -> Optional[str]:
+        params = self._params
+        if is_set and params.wait_for_metadata and self._inbox.metadata_ns != stamp_ns:
+            return f"no planning_metadata of this set (newest: {self._inbox.metadata_ns / 1e9:.4f} s)"
+        nodes = params.tick_participants + (params.set_participants if is_set else ())
+        return missing_acks(self._inbox, nodes, stamp_ns)
+
+    def _warm_up(self) -> None:
+        """Let time, but not physics, run until every participant has been heard; then go to the lock-step's start."""
+        begin = round(self._params.sync_start * STEPS_PER_SECOND)
+        tick = 0
+        while not rospy.is_shutdown() and self._unheard():
+            tick += 1
+            self._world.steps = round(tick * TICK_S * STEPS_PER_SECOND)
+            if self._world.steps >= begin:
+                raise SyncError(f"lock-step cannot start: {self._unheard()} after {self._params.sync_start:g} s")
+            self._publish()
+            self._next_s = max(self._next_s + TICK_S, time.monotonic())
+            self._inbox.work_until(self._next_s)
+        self._world.steps = begin
+
+    def _unheard(self) -> str:
+        params = self._params
+        silent = [n for n in params.tick_participants + params.set_participants if n not in self._inbox.acks]
+        if params.wait_for_metadata and self._inbox.metadata_ns < 0:
+            silent.append("planning_metadata")
+        return f"nothing heard from {', '.join(silent)}" if silent else ""
+
+    def _run_script(self) -> None:
+        if self._params.sync and round(self._world.time_s / TICK_S) % SYNC_EVENT_TICKS:
+            return
+        now = Situation(self._world.time_s, self._inbox.commander_state, self._inbox.raster, self._world.seed_xy())
+        for event in self._script.fired(now):
+            self._fire(event)
+
+    def _fire(self, event: Event) -> None:
+        rospy.loginfo("event at %.3f s: %s", self._world.time_s, event.name)
+        try:
+            if event.spawn is not None:
+                self._world.spawn(event.spawn)
+            elif event.delete:
+                self._world.delete(event.delete)
+            elif event.push and not self._world.push(event.push, event.dx_m, event.dy_m):
+                rospy.logwarn("event %s: %s is not in the cell, nothing pushed", event.name, event.push)
+            elif event.camera:
+                others = tuple(camera for camera in self._off if camera != event.camera)
+                self._off = others if event.camera_on else (*others, event.camera)
+        except SpawnError as error:
+            rospy.logwarn("event %s: %s; tried again in a second", event.name, error)
+            self._script.again(event, self._world.time_s + 1.0)
+
+    def _serve_spawn(self, request: Any) -> str:
+        spec = spawn_spec(request)
+        self._world.spawn(spec)
+        return f"{spec.kind} {spec.name} is at ({spec.x:.3f}, {spec.y:.3f}, {spec.z:.3f})"
+
+    def _serve_delete(self, name: str) -> str:
+        self._world.delete(name)
+        return f"{name} has left the cell"
+
+
+class SyncError(RuntimeError):
+    """A participant of the lock-step did not answer; the message names it."""
+
+
+def spawn_spec(request: Any) -> ThingSpec:
+    """The object a SpawnObstacles request asks for.
+
+    Raises:
+        SpawnError: faults, all listed, with what is accepted.
+    """
+    faults = []
+    if not request.name or not request.name.replace("_", "").isalnum():
+        faults.append(f"name {request.name!r} must be letters, digits and underscores")
+    if request.type not in ("Debris", "Target", "Obstacle"):
+        faults.append(f"type {request.type!r} must be Debris, Target or Obstacle")
+    for axis, value, low, high in (
+        ("x", request.x, -HALF_CELL_M, HALF_CELL_M),
+        ("y", request.y, -HALF_CELL_M, HALF_CELL_M),
+        ("z", request.z, 0.0, TOP_M),
+        ("yaw", request.yaw, -7.0, 7.0),
+    ):
+        if not low <= value <= high:
+            faults.append(f"{axis} {value} must be within {low:g} to {high:g}")
+    size = tuple(request.shape) or DEFAULT_BOX_M
+    if request.type == "Obstacle" and (len(size) != 3 or not all(0.01 <= s <= 5.0 for s in size)):
+        faults.append(f"shape {list(size)} must be three sizes within 0.01 to 5 m")
+    if faults:
+        raise SpawnError("; ".join(faults))
+    size = size if request.type == "Obstacle" else ()
+    return ThingSpec(request.name, request.type, request.x, request.y, request.z, request.yaw, size)
+
+
+def main() -> None:
+    """Run the node."""
+    rospy.init_node("simulation")
+    try:
+        SimulationNode(load_params(SimulationParams)).run()
+    except (ParamError, SceneError, SpawnError, SyncError) as error:
+        rospy.logfatal("%s", error)
+        raise SystemExit(1) from error

@@ -1,0 +1,193 @@
+"""Everything the simulation publishes."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Mapping
+
+import numpy as np
+import numpy.typing as npt
+import rospy
+from geometry_msgs.msg import Point, Pose, TransformStamped
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState, PointCloud2
+from shape_msgs.msg import SolidPrimitive
+from tf2_msgs.msg import TFMessage
+
+from yarm.geometry import FloatArray
+from yarm.geometry.urdf import Solid
+from yarm.msg import (
+    Clearance,
+    Contact,
+    Contacts,
+    JointControllerState,
+    ObjectRegistry,
+    RegisteredObject,
+    SimStatus,
+)
+from yarm.ros import names
+from yarm.ros.simulation_clouds import RawCloud, RawTransforms, quaternions_of
+from yarm.sim.bodies import Body
+from yarm.sim.cameras import KINECT, WRIST
+from yarm.sim.contacts import Contact as SimContact
+from yarm.sim.drive import CASTER_NAMES
+from yarm.sim.world import TICK_S, World
+
+CAMERAS = (1, 2, 3, 4)
+PRIMITIVES = {"box": SolidPrimitive.BOX, "cylinder": SolidPrimitive.CYLINDER, "sphere": SolidPrimitive.SPHERE}
+
+
+class Outbox:
+    """Publishers of the simulated cell; messages nobody listens to are not made."""
+
+    def __init__(self, world: World) -> None:
+        """Advertise."""
+        self._world = world
+        self._clock = rospy.Publisher("/clock", Clock, queue_size=10, tcp_nodelay=True)
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=100, tcp_nodelay=True)
+        self._tf_static = rospy.Publisher("/tf_static", TFMessage, queue_size=10, latch=True)
+        self._registry = rospy.Publisher(names.OBJECT_REGISTRY, ObjectRegistry, queue_size=10, latch=True)
+        self._contacts = rospy.Publisher(names.SIM_CONTACTS, Contacts, queue_size=100)
+        self._clearance = rospy.Publisher(names.SIM_CLEARANCE, Clearance, queue_size=100)
+        self._status = rospy.Publisher(names.SIM_STATUS, SimStatus, queue_size=10)
+        self._points = [rospy.Publisher(names.camera_points(n), PointCloud2, queue_size=1) for n in CAMERAS]
+        self._clouds = [RawCloud(names.camera_optical_frame(n), KINECT.height, KINECT.width, 16) for n in CAMERAS]
+        robots = (*world.robots, *world.arms)
+        self._joints = {r: rospy.Publisher(names.joint_states(r), JointState, queue_size=10, tcp_nodelay=True) for r in robots}
+        self._casters = {
+            robot: [rospy.Publisher(names.caster_state(robot, c), JointControllerState, queue_size=10) for c in CASTER_NAMES]
+            for robot in world.robots
+        }
+        self._wrist = {arm: rospy.Publisher(names.wrist_points(arm), PointCloud2, queue_size=1) for arm in world.arms}
+        self._wrist_cloud = {
+            arm: RawCloud(names.wrist_optical_frame(arm), WRIST.height, WRIST.width, 16) for arm in world.arms
+        }
+        self._transforms = RawTransforms(())
+
+    def wrist_wanted(self, arm: str) -> bool:
+        """Whether somebody listens to an arm's wrist camera."""
+        return self._wrist[arm].get_num_connections() > 0
+
+    def clearance_wanted(self) -> bool:
+        """Whether somebody listens to the clearances."""
+        return self._clearance.get_num_connections() > 0
+
+    def objects(self, stamp: rospy.Time, cameras: Mapping[str, FloatArray]) -> None:
+        """Registry and fixed frames; call at the start and whenever an object comes or goes."""
+        poses = self._world.transforms()
+        fixed = dict(cameras)
+        for body in self._world.bodies.values():
+            fixed.update(body.static_frames)
+        self._transforms = RawTransforms([frame for frame in poses if frame not in fixed])
+        self._tf_static.publish(_transform_message(stamp, fixed))
+        registry = ObjectRegistry(entries=[_entry(body) for body in self._world.bodies.values()])
+        registry.header.stamp, registry.header.frame_id = stamp, names.WORLD_FRAME
+        self._registry.publish(registry)
+
+    def tick(self, stamp: rospy.Time) -> None:
+        """Clock, moving frames, joints."""
+        self._clock.publish(Clock(stamp))
+        self._tf.publish(self._transforms.fill(stamp, self._world.transforms()))
+        for name, robot in (*self._world.robots.items(), *self._world.arms.items()):
+            if self._joints[name].get_num_connections():
+                message = JointState()
+                message.header.stamp = stamp
+                message.name, message.position, message.velocity = robot.joint_readings()
+                self._joints[name].publish(message)
+        for name in self._world.robots:
+            if any(p.get_num_connections() for p in self._casters[name]):
+                self._caster_states(name, stamp)
+
+    def cloud(self, camera: int, stamp: rospy.Time, points: npt.NDArray[np.void]) -> None:
+        """Cloud of overhead camera 1, 2, ..."""
+        self._points[camera - 1].publish(self._clouds[camera - 1].fill(stamp, points))
+
+    def wrist_cloud(self, arm: str, stamp: rospy.Time, points: npt.NDArray[np.void]) -> None:
+        """Cloud of an arm's wrist camera."""
+        self._wrist[arm].publish(self._wrist_cloud[arm].fill(stamp, points))
+
+    def contacts(self, stamp: rospy.Time, contacts: List[SimContact]) -> None:
+        """Contacts since the last message."""
+        if self._contacts.get_num_connections():
+            message = Contacts(contacts=[_contact(contact) for contact in contacts])
+            message.header.stamp, message.header.frame_id = stamp, names.WORLD_FRAME
+            self._contacts.publish(message)
+
+    def clearance(self, stamp: rospy.Time) -> None:
+        """Least distances of robots and arms."""
+        message = Clearance()
+        message.header.stamp, message.header.frame_id = stamp, names.WORLD_FRAME
+        for reading in self._world.clearances():
+            message.robots.append(reading.robot)
+            message.nearest.append(reading.nearest)
+            message.distances.append(reading.distance_m)
+        self._clearance.publish(message)
+
+    def status(self, stamp: rospy.Time, factor: float, sets: int, parts_ms: Mapping[str, float]) -> None:
+        """Health of the loop."""
+        message = SimStatus(real_time_factor=factor, steps=self._world.steps, camera_sets=sets, run=1)
+        message.header.stamp = stamp
+        message.parts, message.ms_per_frame = list(parts_ms), list(parts_ms.values())
+        self._status.publish(message)
+
+    def _caster_states(self, name: str, stamp: rospy.Time) -> None:
+        for publisher, reading in zip(self._casters[name], self._world.robots[name].caster_readings()):
+            message = JointControllerState(set_point=reading.set_point, process_value=reading.angle)
+            message.header.stamp = stamp
+            message.process_value_dot, message.error = reading.speed, reading.set_point - reading.angle
+            message.time_step, message.command = TICK_S, reading.torque
+            publisher.publish(message)
+
+
+def _transform_message(stamp: rospy.Time, poses: Mapping[str, FloatArray]) -> TFMessage:
+    message = TFMessage()
+    for frame, pose in poses.items():
+        entry = TransformStamped(child_frame_id=frame)
+        entry.header.stamp, entry.header.frame_id = stamp, names.WORLD_FRAME
+        moved = _pose(pose)
+        entry.transform.translation = moved.position
+        entry.transform.rotation = moved.orientation
+        message.transforms.append(entry)
+    return message
+
+
+def _pose(matrix: FloatArray) -> Pose:
+    pose = Pose()
+    pose.position.x, pose.position.y, pose.position.z = (float(v) for v in matrix[:3, 3])
+    x, y, z, w = quaternions_of(matrix[None, :3, :3])[0]
+    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = map(float, (x, y, z, w))
+    return pose
+
+
+def _primitive(solid: Solid) -> SolidPrimitive:
+    size = list(solid.size)
+    if solid.shape == "cylinder":
+        size = [solid.size[1], solid.size[0]]
+    return SolidPrimitive(type=PRIMITIVES[solid.shape], dimensions=size)
+
+
+def _entry(body: Body) -> RegisteredObject:
+    entry = RegisteredObject(name=body.name, object=body.kind, type="dynamic" if body.dynamic else "static")
+    entry.seed_frame, entry.link_frames = body.seed_frame, list(body.link_frames)
+    for item in body.solids:
+        entry.shapes.append(_primitive(item.solid))
+        entry.shape_poses.append(_pose(item.T_frame_solid))
+        entry.shape_frames.append(item.frame)
+    return entry
+
+
+def _contact(contact: SimContact) -> Contact:
+    return Contact(
+        body_a=contact.a.body,
+        link_a=contact.a.link,
+        body_b=contact.b.body,
+        link_b=contact.b.link,
+        point=Point(*contact.point),
+        depth=contact.depth_m,
+        allowed=contact.kind.value == "allowed",
+        kind=contact.kind.value,
+    )
+
+
+def frame_poses(poses: List[FloatArray]) -> Dict[str, FloatArray]:
+    """Overhead cameras' frames and poses."""
+    return {names.camera_optical_frame(n): pose for n, pose in zip(CAMERAS, poses)}
