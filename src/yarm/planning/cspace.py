@@ -13,7 +13,7 @@ from typing import Callable, Dict, Optional, Sequence, Tuple, TypeVar
 
 from yarm.geometry import FloatArray, Mask, wrap_angle
 from yarm.planning.bitboard import Board, Layers, Layout, band, difference, dilated, intersection, overlap, shifted, union
-from yarm.planning.footprint import Shape, turn_samples
+from yarm.planning.footprint import Shape
 
 T = TypeVar("T")
 Pose = Tuple[int, int, int]
@@ -120,18 +120,16 @@ class RobotSpace:
         """Shape at a heading."""
         if h == 0:
             return self.shape0
-        angle = wrap_angle(self.headings[h] - self.headings[0])
-        return self._turned((angle,))
+        return self._turned(wrap_angle(self.headings[h] - self.headings[0]), 0.0)
 
     def turn_shape(self, h: int, k: int) -> Shape:
         """Union of the shapes while turning from one heading to another."""
         first = wrap_angle(self.headings[h] - self.headings[0])
-        angle = wrap_angle(self.headings[k] - self.headings[h])
-        return self._turned(tuple(first + turn_samples(angle, self.turns.step_rad)))
+        return self._turned(first, wrap_angle(self.headings[k] - self.headings[h]))
 
-    def _turned(self, angles: Tuple[float, ...]) -> Shape:
-        key = (self._key, len(angles), round(angles[0], 6), round(angles[-1], 6))
-        return self._cache.get(key, lambda: self.shape0.turned(angles, self._resolution))
+    def _turned(self, first: float, angle: float) -> Shape:
+        key = ("shape", self._key, round(first, 6), round(angle, 6))
+        return self._cache.get(key, lambda: self.shape0.turned(first, angle, self.turns.step_rad, self._resolution))
 
     def turn_angle(self, h: int, k: int) -> Optional[float]:
         """Angle of the turn between two headings, rad; None when it is not an allowed one."""

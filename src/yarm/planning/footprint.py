@@ -15,8 +15,6 @@ from yarm.planning.bitboard import Board, Layers, Layout, band_rows, dilated, sh
 Group = Tuple[int, IntArray]
 """Bits of the heights occupied, and the (n, 2) relative columns occupied at exactly these heights."""
 
-_SAMPLES = 3
-
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -117,22 +115,26 @@ class Shape:
                     blocked |= shifted(smeared[length], -offset)
         return blocked
 
-    def turned(self, angles_rad: Sequence[float], resolution: FloatArray) -> Shape:
-        """The shape turned about the end effector by every one of the angles, as one union.
+    def turned(self, start_rad: float, angle_rad: float, step_rad: float, resolution: FloatArray) -> Shape:
+        """What the shape covers while it turns about the end effector.
 
-        Every column is sampled by 3 x 3 points, each carried to its new column, as ``Mask.turned`` does.
+        Every column is a solid rectangle; every column that it overlaps at some angle is covered. Between two sampled
+        angles the rectangle is taken wider by half its way, so the result never misses a column.
+
+        Args:
+            start_rad: first angle, relative to the shape as it is.
+            angle_rad: angle turned from there; 0 for the shape at the first angle alone.
+            step_rad: largest angle between two samples.
+            resolution: size of a cell, m.
         """
-        spread = (np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5
-        du, dv = (grid.ravel() for grid in np.meshgrid(spread, spread, indexing="ij"))
-        cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
-        groups: List[Group] = []
-        for bits, columns in self.groups:
-            x = ((columns[:, 0, None] + du) * resolution[0]).ravel()
-            y = ((columns[:, 1, None] + dv) * resolution[1]).ravel()
-            tx = np.rint((cosines[:, None] * x - sines[:, None] * y) / resolution[0]).astype(np.int64)
-            ty = np.rint((sines[:, None] * x + cosines[:, None] * y) / resolution[1]).astype(np.int64)
-            groups.append((bits, self._distinct(tx.ravel(), ty.ravel())))
-        return Shape(self.layout, tuple(groups))
+        quarter = round(start_rad / (0.5 * math.pi))
+        if angle_rad == 0.0 and abs(start_rad - quarter * 0.5 * math.pi) < 1e-6 and resolution[0] == resolution[1]:
+            return Shape(self.layout, tuple((bits, _quarters(columns, quarter)) for bits, columns in self.groups))
+        count = math.ceil(abs(angle_rad) / step_rad)
+        angles = start_rad + np.linspace(0.0, angle_rad, count + 1)
+        wider = abs(angle_rad) / count / 2.0 if count else 0.0
+        touched = [(bits, _overlapped(columns, angles, wider, resolution[:2])) for bits, columns in self.groups]
+        return Shape(self.layout, tuple((bits, self._distinct(xy[:, 0], xy[:, 1])) for bits, xy in touched))
 
     def _distinct(self, x: IntArray, y: IntArray) -> IntArray:
         reach = self.layout.border
@@ -160,6 +162,34 @@ def border_for(masks: Sequence[Mask]) -> int:
     return math.ceil(reach) + 3
 
 
-def turn_samples(angle_rad: float, step_rad: float) -> FloatArray:
-    """Angles from 0 to the turn's angle, both included, at most a step apart."""
-    return np.linspace(0.0, angle_rad, max(2, math.ceil(abs(angle_rad) / step_rad) + 1))
+def _quarters(columns: IntArray, quarter: int) -> IntArray:
+    """Columns (n, 2) turned by a number of right angles."""
+    x, y = columns[:, 0], columns[:, 1]
+    turned = ((x, y), (-y, x), (-x, -y), (y, -x))[quarter % 4]
+    return np.stack(turned, axis=-1)
+
+
+def _overlapped(columns: IntArray, angles: FloatArray, wider_rad: float, size: FloatArray) -> IntArray:
+    """Columns (k, 2), some repeated, overlapped by columns (n, 2) turned about the origin by any of the angles (a,).
+
+    Two rectangles overlap when their shadows do on each of their four sides' directions.
+    """
+    centers = (columns * size).astype(np.float32)
+    wider = (wider_rad * np.hypot(centers[:, 0], centers[:, 1])).astype(np.float32)[None, :, None] - np.float32(1e-6)
+    c, s = (np.abs(v).astype(np.float32)[:, None, None] for v in (np.cos(angles), np.sin(angles)))
+    cos, sin = (v.astype(np.float32)[:, None] for v in (np.cos(angles), np.sin(angles)))
+    x = cos * centers[:, 0] - sin * centers[:, 1]
+    y = sin * centers[:, 0] + cos * centers[:, 1]
+    home_x, home_y = np.rint(x / size[0]).astype(np.int64), np.rint(y / size[1]).astype(np.int64)
+    around = np.arange(-1, 2)
+    ix = (home_x[..., None] + np.repeat(around, 3)).astype(np.int64)
+    iy = (home_y[..., None] + np.tile(around, 3)).astype(np.int64)
+    dx = (ix * size[0]).astype(np.float32) - x[..., None]
+    dy = (iy * size[1]).astype(np.float32) - y[..., None]
+    half_x, half_y = np.float32(size[0] / 2), np.float32(size[1] / 2)
+    hit = np.abs(dx) < half_x + c * half_x + s * half_y + wider
+    hit &= np.abs(dy) < half_y + s * half_x + c * half_y + wider
+    along, across = cos[..., None] * dx + sin[..., None] * dy, cos[..., None] * dy - sin[..., None] * dx
+    hit &= np.abs(along) < half_x + c * half_x + s * half_y + wider
+    hit &= np.abs(across) < half_y + s * half_x + c * half_y + wider
+    return np.stack([ix[hit], iy[hit]], axis=-1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from yarm.geometry import wrap_angle
 from yarm.planning.cspace import Pose, RobotSpace
@@ -24,19 +24,10 @@ class Memory:
     Attributes:
         moves: the joint plan: robot, from, to; in order.
         goals: goal column and heading of each robot the plan was made for.
-        yaws: heading last commanded to each robot, rad.
     """
 
     moves: List[RememberedMove] = field(default_factory=list)
     goals: Dict[str, Tuple[Column, Optional[float]]] = field(default_factory=dict)
-    yaws: Dict[str, float] = field(default_factory=dict)
-
-    def yaw(self, robot: str, measured_rad: float) -> float:
-        """Heading of a robot: the one commanded last when it is close to it, so that errors do not add up."""
-        commanded = self.yaws.get(robot)
-        if commanded is not None and abs(wrap_angle(commanded - measured_rad)) <= SAME_YAW_RAD:
-            return commanded
-        return measured_rad
 
     def recall(self, fleet: Fleet, names: Sequence[str]) -> Optional[List[Move]]:
         """The remembered moves still to be made from where the robots stand; None when they no longer lead there.
@@ -70,10 +61,6 @@ class Memory:
         for move in moves:
             space = fleet.spaces[move.robot]
             self.moves.append((names[move.robot], waypoint(move.start, space), waypoint(move.end, space)))
-
-    def yaws_kept(self, robots: Mapping[str, float]) -> None:
-        """Remember the headings commanded now."""
-        self.yaws.update(robots)
 
 
 def waypoint(pose: Pose, space: RobotSpace) -> Waypoint:

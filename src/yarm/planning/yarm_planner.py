@@ -51,7 +51,7 @@ class YarmPlanner:
         fault = check.world_fault(request)
         if fault:
             return check.refused(request, fault)
-        world = World.of(request, self._turns, self._cache, self._memory)
+        world = World.of(request, self._turns, self._cache)
         if world is None:
             plans = _faulty_plans(request)
             status, reason = check.worst(plans)
@@ -120,8 +120,6 @@ class YarmPlanner:
                 waypoint(steps[i], space) if i in steps else None,
                 sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:])),
             )
-        for i, space in enumerate(fleet.spaces):
-            self._memory.yaws[names[i]] = space.headings[steps[i][2] if i in steps else 0]
         return plans
 
 
@@ -138,7 +136,7 @@ class World:
         self.targets: List[Optional[Target]] = []
 
     @staticmethod
-    def of(request: PlanRequest, turns: Turns, cache: ShapeCache, memory: Memory) -> Optional[World]:
+    def of(request: PlanRequest, turns: Turns, cache: ShapeCache) -> Optional[World]:
         """The world of a request; None when it has no robot that can be planned for."""
         robots = [robot for robot in request.robots if check.robot_fault(robot, request) is None]
         if not robots:
@@ -146,14 +144,14 @@ class World:
         layout = Layout(request.spec.shape, 8 * math.ceil(_border(robots) / 8))
         world = World(request, robots, layout, layout.layers_of_grid(check.robotless_grid(request, robots)))
         for robot in robots:
-            world._add(robot, turns, cache, memory.yaw(robot.name, robot.yaw_rad))
+            world._add(robot, turns, cache)
         return world
 
-    def _add(self, robot: Robot, turns: Turns, cache: ShapeCache, yaw_rad: float) -> None:
+    def _add(self, robot: Robot, turns: Turns, cache: ShapeCache) -> None:
         goal = check.assigned_goal(robot, self.request)
         usable = goal if goal is not None and check.goal_fault(robot, self.request) is None else None
         wanted_yaw = None if usable is None else usable.yaw_rad
-        headings = headings_from(yaw_rad, turns, wanted_yaw)
+        headings = headings_from(robot.yaw_rad, turns, wanted_yaw)
         wanted = None
         if wanted_yaw is not None:
             wanted = min(range(len(headings)), key=lambda h: abs(wrap_angle(headings[h] - wanted_yaw)))
