@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Dict, List, Tuple
+from typing import Dict, List, Set, Tuple
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -37,6 +37,7 @@ class SeedTfPublisher:
         self._heard: Dict[str, float] = {}
         self._started = time.monotonic()
         self._missing: List[RegisteredSeed] = []
+        self._warned: Set[str] = set()
         self._publisher = rospy.Publisher(names.SEED_TRANSFORMS, TransformStampedVector, queue_size=10)
         self._diagnostics = rospy.Publisher(names.DIAGNOSTICS, DiagnosticArray, queue_size=10)
         self._clock = ClockWatch()
@@ -80,10 +81,6 @@ class SeedTfPublisher:
                 return
             seeds, self._missing = self._tracker.seeds()
             self._publisher.publish(seed_message(seeds, tick))
-        for seed in self._missing:
-            rospy.logwarn_throttle_identical(
-                5.0, f"{seed.name}: frame {seed.seed_frame} is not joined to {names.WORLD_FRAME}; left out"
-            )
 
     def _on_clock_reset(self) -> None:
         now_ns = rospy.Time.now().to_nsec()
@@ -100,14 +97,15 @@ class SeedTfPublisher:
             }
             missing = [f"{seed.name} ({seed.seed_frame})" for seed in self._missing]
             count = len(self._tracker.registered)
-        faults = [f"nothing on {n} for {s:.1f} s" for n, s in silent.items() if s > self._params.warn_after_s]
-        faults += [f"no transform for {name}" for name in missing]
-        for fault in faults:
-            rospy.logwarn_throttle_identical(10.0, fault)
+        faults = {name: f"nothing on {name}" for name, s in silent.items() if s > self._params.warn_after_s}
+        faults.update({name: f"no transform for {name}" for name in missing})
+        for name in set(faults) - self._warned:
+            rospy.logwarn(faults[name])
+        self._warned = set(faults)
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if faults else DiagnosticStatus.OK,
             name="seed_tf_publisher: inputs",
-            message="; ".join(faults) if faults else f"{count} objects",
+            message="; ".join(faults.values()) if faults else f"{count} objects",
             hardware_id="perception",
             values=[KeyValue(f"{n} silent for, s", f"{s:.1f}") for n, s in silent.items()],
         )
