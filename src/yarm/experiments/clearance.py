@@ -90,7 +90,8 @@ def _corners(solid: Upright) -> FloatArray:
     c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
     hx, hy = solid.half
     local = np.array([(hx, hy), (-hx, hy), (-hx, -hy), (hx, -hy)])
-    return local @ np.array([[c, s], [-s, c]]) + (solid.center.x, solid.center.y)
+    corners: FloatArray = local @ np.array([[c, s], [-s, c]]) + (solid.center.x, solid.center.y)
+    return corners
 
 
 def _rectangles(a: Upright, b: Upright) -> float:

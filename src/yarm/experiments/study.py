@@ -154,7 +154,7 @@ TABLE_HEADER = (
 
 def table_rows(summaries: Sequence[CellSummary]) -> List[Tuple[str, ...]]:
     """Ours beside the published values: rates with 95 % intervals, medians with quartiles."""
-    rows = []
+    rows: List[Tuple[str, ...]] = []
     for cell in summaries:
         paper = PUBLISHED.get((cell.replanning, cell.particles), Published("-", "-", "-", "-", "-"))
         rows.append(

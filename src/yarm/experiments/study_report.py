@@ -30,9 +30,9 @@ SHARE_TITLES = (
 
 def write_trials(results: Sequence[TrialResult], path: Path) -> None:
     """One line a trial."""
-    header = ("scene", "planner", "replanning", "particles", "seed", "solved", "declared", "declared_m", "stuck")
-    header += ("hits_stationary", "hits_moving", "free_end_touches", "first_path", "sent", "path_m", "time_s")
-    header += ("least_m", "planning_p50_ms", "reason")
+    header = ["scene", "planner", "replanning", "particles", "seed", "solved", "declared", "declared_m", "stuck"]
+    header += ["hits_stationary", "hits_moving", "free_end_touches", "first_path", "sent", "path_m", "time_s"]
+    header += ["least_m", "planning_p50_ms", "reason"]
     with path.open("w", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(header)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import logging
 import os
@@ -88,18 +89,17 @@ def attempt(spec: TrialSpec) -> Any:
 def _run_distributed(
     todo: Sequence[TrialSpec], scheduler: str, workers: int, keep: Callable[[TrialSpec, Any], None]
 ) -> None:
-    from distributed import Client, LocalCluster, as_completed  # noqa: PLC0415  (slow to import)
-
+    dask: Any = importlib.import_module("distributed")
     logging.getLogger("distributed").setLevel(logging.ERROR)
     cluster = None
     if not scheduler:
-        cluster = LocalCluster(
+        cluster = dask.LocalCluster(
             n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, dashboard_address=None, memory_limit=0
         )
-    client = Client(scheduler or cluster)
+    client = dask.Client(scheduler or cluster)
     try:
         futures = {client.submit(attempt, spec, key=spec.key, pure=False): spec for spec in todo}
-        for future in as_completed(list(futures)):
+        for future in dask.as_completed(list(futures)):
             outcome = future.exception() if future.status == "error" else future.result()
             keep(futures[future], outcome)
             future.release()

@@ -40,7 +40,7 @@ class Experiment:
     def __init__(self, params: ExperimentParams) -> None:
         """Listen; nothing is driven yet."""
         self._params = params
-        self._case: Case = case_of(params.case)
+        self._case: Case = case_of(Path(params.case).stem)
         self._inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0, params.path_period_s))
         self._driver = MissionDriver(self._inputs, params, self._progress)
         self._meter = UsageMeter()
@@ -66,7 +66,7 @@ class Experiment:
 
     def write(self, record: RunRecord) -> Path:
         """Write the results; the folder they are in."""
-        folder = Path(self._params.results) / self._params.case / str(self._params.seed)
+        folder = Path(self._params.results) / self._case.name / str(self._params.seed)
         write_run(record, folder)
         if self._params.plots:
             cell_map = newest_map()
@@ -89,7 +89,7 @@ class Experiment:
         sets = self._inputs.camera_sets() - self._began[2]
         outcome, reason = self._driver.outcome()
         info = RunInfo(
-            self._params.case,
+            self._case.name,
             self._params.seed,
             self._params.mode,
             "failed" if failure else outcome,

@@ -28,6 +28,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--seed", type=int, default=3, help="seed of the scene and the planner")
     options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
     options.add_argument("--planner", default="yarm", help="yarm, original, ma_astar, ompl_...")
+    options.add_argument("--particles", type=int, default=333, help="particles of the planner, at least")
     options.add_argument("--rviz", action="store_true", help="show it")
     options.add_argument("--sync", action="store_true", help="lock-step: slower, repeats exactly")
     options.add_argument("--bag", action="store_true", help="record a bag beside the results")
@@ -41,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: Sequence[str]) -> int:
     """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
     options = parser().parse_args(arguments)
-    folder = Path(options.results).resolve() / options.case / str(options.seed)
+    folder = Path(options.results).resolve() / Path(options.case).stem / str(options.seed)
     summary = folder / "summary.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     if summary.exists():
@@ -64,6 +65,7 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "seed": options.seed,
         "mode": options.mode,
         "planner": options.planner,
+        "particles": options.particles,
         "results": Path(options.results).resolve(),
     }
     flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}

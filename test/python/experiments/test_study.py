@@ -1,0 +1,136 @@
+"""The study: trials that repeat, resumption after an interruption, and the table beside the published one."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+from pathlib import Path
+from typing import List
+
+import pytest
+
+from yarm.experiments import study_runner
+from yarm.experiments.reproduce import main
+from yarm.experiments.study import PARTICLES, PUBLISHED, single_study, summarise, table_rows, table_study
+from yarm.experiments.study_report import planning_times, plot_rates, write_table, write_trials
+from yarm.experiments.study_runner import StudyError, load_results, run_specs
+from yarm.experiments.trial import TrialResult, TrialSpec, run_trial
+
+TINY = [TrialSpec("single", "yarm", True, 20, seed) for seed in range(2)]
+
+
+def made_up(spec: TrialSpec, **changes: object) -> TrialResult:
+    good = TrialResult(
+        spec, True, True, 0.02, False, (), (), 0, 5, ((31, 45), (20, 40)), (3.0, 2.0), 5.1, 9.0, 0.12, "arrived"
+    )
+    return dataclasses.replace(good, **changes)  # type: ignore[arg-type]
+
+
+def without_wall_times(result: TrialResult) -> TrialResult:
+    return dataclasses.replace(result, planning_ms=())
+
+
+def test_a_trial_reaches_its_goal_and_repeats_exactly() -> None:
+    first, second = (run_trial(TINY[0]) for _ in range(2))
+    assert first.solved
+    assert first.clean
+    assert first.first_path >= 1
+    assert len(first.planning_ms) >= len(first.sent) >= 1
+    assert 4.5 < first.path_m < 8.0
+    assert without_wall_times(first) == without_wall_times(second)
+
+
+def test_a_result_survives_json() -> None:
+    result = made_up(TINY[0], hits_moving=("hc10_barc",))
+    assert TrialResult.from_json(json.loads(json.dumps(result.to_json()))) == result
+    with pytest.raises(TypeError):
+        TrialResult.from_json({"solved": True})
+
+
+def test_a_tiny_study_writes_everything(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--study", "planning_time", "--planner", "yarm", "--time-trials", "2", "--workers", "1"]
+    assert main([*options, "--results", str(tmp_path)]) == 0
+    assert "8/8" in capsys.readouterr().out
+    assert len(list((tmp_path / "trials").glob("*.json"))) == 8
+    for name in ("planning_time.csv", "planning_time.png", "planning_time_trials.csv"):
+        assert (tmp_path / name).stat().st_size > 100
+
+
+def test_trials_run_in_other_processes_as_in_this_one(tmp_path: Path) -> None:
+    apart = run_specs(TINY, tmp_path / "apart", workers=2)
+    here = run_specs(TINY, tmp_path / "here", workers=1)
+    assert [without_wall_times(r) for r in apart] == [without_wall_times(r) for r in here]
+
+
+def test_an_interrupted_study_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: List[TrialSpec] = []
+
+    def fake(spec: TrialSpec) -> TrialResult:
+        ran.append(spec)
+        if len(ran) == 3:
+            raise KeyboardInterrupt
+        return made_up(spec)
+
+    monkeypatch.setattr(study_runner, "run_trial", fake)
+    specs = table_study(1).specs()
+    with pytest.raises(KeyboardInterrupt):
+        run_specs(specs, tmp_path, workers=1)
+    assert len(load_results(tmp_path, specs)) == 2
+    results = run_specs(specs, tmp_path, workers=1)
+    assert [r.spec for r in results] == specs
+    assert len(ran) == 1 + len(specs)
+
+
+def test_a_broken_file_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_runner, "run_trial", made_up)
+    run_specs(TINY, tmp_path, workers=1)
+    (tmp_path / f"{TINY[1].key}.json").write_text("{")
+    assert set(load_results(tmp_path, TINY)) == {TINY[0].key}
+    assert len(run_specs(TINY, tmp_path, workers=1)) == 2
+
+
+def test_one_failing_trial_is_named_and_the_others_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fake(spec: TrialSpec) -> TrialResult:
+        if spec.seed == 0:
+            raise RuntimeError("no such scene")
+        return made_up(spec)
+
+    monkeypatch.setattr(study_runner, "run_trial", fake)
+    with pytest.raises(StudyError, match=r"1 of 2 trials failed: single-yarm-replanning-0020-0000.*no such scene"):
+        run_specs(TINY, tmp_path, workers=1)
+    assert set(load_results(tmp_path, TINY)) == {TINY[1].key}
+
+
+def test_the_study_covers_the_published_table_at_least_30_times() -> None:
+    specs = table_study(30).specs()
+    assert len(specs) == len(set(specs)) == 2 * len(PUBLISHED) * 30 == 480
+    assert {(s.replanning, s.particles) for s in specs} == set(PUBLISHED)
+    assert {s.particles for s in single_study(1).specs()} == set(PARTICLES)
+
+
+def test_ours_stands_beside_the_published_values(tmp_path: Path) -> None:
+    specs = [TrialSpec("1m1ma_target", "original", False, 20, seed) for seed in range(30)]
+    results = [made_up(s, hits_stationary=("table",), solved=s.seed < 3, stuck=s.seed >= 20) for s in specs]
+    (row,) = table_rows(summarise(results))
+    assert row[:4] == ("original", "no", "20", "30")
+    assert row[4] == "5 (5-5) (5-8)"
+    assert row[5] == "100 % (89-100) (yes)"
+    assert row[7] == "33 % (19-51) (yes)"
+    assert row[8] == "10 % (3-26) (sometimes)"
+    assert row[9] == "0 % (0-11)"
+    assert row[10] == "90 % (74-97)"
+    text = write_table(results, tmp_path)
+    assert "100 % (89-100) (yes)" in text
+    with (tmp_path / "table.csv").open() as stream:
+        (read,) = csv.DictReader(stream)
+    assert float(read["stuck_rate"]) == pytest.approx(1 / 3, abs=1e-4)
+    write_trials(results, tmp_path / "trials.csv")
+    assert len((tmp_path / "trials.csv").read_text().splitlines()) == 31
+    plot_rates(results, tmp_path / "table.png")
+
+
+def test_planning_times_are_gathered_by_waypoint() -> None:
+    spec = TrialSpec("single", "yarm", True, 20, 0)
+    results = [made_up(spec, planning_ms=(1.0, 5.0)), made_up(spec, planning_ms=(3.0,))]
+    assert planning_times(results) == {("yarm", 20): [(2.0, 1.5, 2.5), (5.0, 5.0, 5.0)]}
