@@ -61,7 +61,7 @@ class QueuedAssignments:
 
     def update(self, request: PlanRequest, open_goals: Mapping[str, Goal]) -> None:
         """Take in who is there and what is open."""
-        self._queue.update(request.robots, open_goals)
+        self._queue.update(request.robots, tuple(open_goals.values()))
 
     def process(self, request: PlanRequest, keep_clear: Optional[BoolArray]) -> None:
         """Assign over travel distances."""

@@ -19,7 +19,7 @@ def home_goals(world: World) -> Dict[str, Goal]:
     for robot, home in sorted(world.homes.items()):
         if robot in world.robots and world.map is not None:
             column = world.map.spec.column_of((home.x, home.y))
-            goals[robot] = Goal(f"home/{robot}", "Home", column, yaw_rad=home.yaw_rad)
+            goals[robot] = Goal(f"home/{robot}", "Home", column, yaw_rad=home.yaw_rad, robot=robot)
     return goals
 
 

@@ -1,0 +1,208 @@
+"""How much room a robot has ahead of its motion, from known solids and the grid; shares no code with the planner.
+
+A robot is a cloud of points on its surface, everything else solids with signed distances. What is asked for is not how
+near a robot stands to something but how near its motion will bring it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from yarm.commander.shapes import Solid
+from yarm.geometry import FloatArray, Pose2, transform_points, wrap_angle
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Something that must not be touched.
+
+    Attributes:
+        name: of the object.
+        solids: in the world frame.
+        boxes: (n, 6) further boxes, lower and upper corner, metres, world (occupied cells).
+    """
+
+    name: str
+    solids: Tuple[Solid, ...] = ()
+    boxes: Optional[FloatArray] = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a robot moves: velocity of its end effector, m/s, world, and yaw rate, rad/s."""
+
+    vx: float = 0.0
+    vy: float = 0.0
+    yaw_rate: float = 0.0
+
+    def fastest_mps(self, reach_m: float) -> float:
+        """Speed of a point that far from the end effector, at most."""
+        return math.hypot(self.vx, self.vy) + reach_m * abs(self.yaw_rate)
+
+
+@dataclass(frozen=True)
+class Foresight:
+    """How far ahead the monitor looks.
+
+    Attributes:
+        latency_s: time from a pose to the robot braking.
+        deceleration_mps2: braking of its fastest point.
+        reach_m: distance of its fastest point from the end effector.
+        first_m: of a step not yet begun, this much of the way is looked at.
+        first_rad: likewise of its turn.
+        samples: poses looked at on a stretch.
+    """
+
+    latency_s: float = 0.2
+    deceleration_mps2: float = 1.5
+    reach_m: float = 1.65
+    first_m: float = 0.15
+    first_rad: float = 0.12
+    samples: int = 4
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """Room ahead of a robot.
+
+    Attributes:
+        distance_m: least distance to anything on the way, metres; negative inside, inf when nothing is near.
+        nearest: what that is.
+        closing: the motion brings the robot nearer to something that comes within the limit.
+    """
+
+    distance_m: float
+    nearest: str
+    closing: bool
+
+
+def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresight) -> List[Pose2]:
+    """Poses a robot still passes before it can stand, and the first stretch of the step it was sent on.
+
+    A robot on its way to a target brakes there by itself, so nothing beyond the target counts.
+    """
+    speed = motion.fastest_mps(sight.reach_m)
+    time_s = sight.latency_s + speed / (2.0 * sight.deceleration_mps2) if speed > 1e-3 else 0.0
+    travel, turn = time_s * math.hypot(motion.vx, motion.vy), time_s * motion.yaw_rate
+    heading = math.atan2(motion.vy, motion.vx)
+    if target is not None:
+        left = wrap_angle(target.yaw_rad - pose.yaw_rad)
+        travel = min(travel, pose.distance(target) + 0.01)
+        if turn * left > 0.0:
+            turn = math.copysign(min(abs(turn), abs(left)), turn)
+    shares = [k / sight.samples for k in range(1, sight.samples + 1)]
+    poses = [
+        Pose2(
+            pose.x + share * travel * math.cos(heading),
+            pose.y + share * travel * math.sin(heading),
+            pose.yaw_rad + share * turn,
+        )
+        for share in (shares if time_s > 0.0 else [])
+    ]
+    return poses + (_first_stretch(pose, target, sight) if target is not None else [])
+
+
+def _first_stretch(pose: Pose2, target: Pose2, sight: Foresight) -> List[Pose2]:
+    left = wrap_angle(target.yaw_rad - pose.yaw_rad)
+    if abs(left) > math.radians(2.0):
+        return [Pose2(pose.x, pose.y, pose.yaw_rad + math.copysign(min(abs(left), sight.first_rad), left))]
+    way = pose.distance(target)
+    if way < 1e-3:
+        return []
+    share = min(1.0, sight.first_m / way)
+    return [Pose2(pose.x + share * (target.x - pose.x), pose.y + share * (target.y - pose.y), pose.yaw_rad)]
+
+
+def room_ahead(
+    points: FloatArray, pose: Pose2, height_m: float, poses: Sequence[Pose2], bodies: Sequence[Body], limit_m: float
+) -> Ahead:
+    """Least distance of a robot to any body at the poses ahead.
+
+    Args:
+        points: (n, 3) on its surface, in the end effector's frame, metres.
+        pose: of its end effector now.
+        height_m: of its end effector above the floor.
+        poses: ahead.
+        bodies: everything it must not touch.
+        limit_m: a body nearer than this on the way, and nearer than now, is being closed in on.
+    """
+    if not poses:
+        return Ahead(math.inf, "", False)
+    now = placed(points, pose, height_m)
+    ahead = np.concatenate([placed(points, p, height_m) for p in poses])
+    low, high = ahead.min(axis=0) - 0.5, ahead.max(axis=0) + 0.5
+    result = Ahead(math.inf, "", False)
+    closing = False
+    for body in bodies:
+        least = distance(ahead, body, low, high)
+        if least < limit_m and not closing and least < distance(now, body, low, high) - 1e-3:
+            closing = True
+            result = Ahead(least, body.name, True)
+        elif least < result.distance_m and not closing:
+            result = Ahead(least, body.name, False)
+    return result
+
+
+def placed(points: FloatArray, pose: Pose2, height_m: float) -> FloatArray:
+    """Points (n, 3) of a robot in the world, its end effector at a pose and height, metres."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    x = pose.x + c * points[:, 0] - s * points[:, 1]
+    y = pose.y + s * points[:, 0] + c * points[:, 1]
+    return np.column_stack([x, y, points[:, 2] + height_m])
+
+
+def distance(points: FloatArray, body: Body, low: FloatArray, high: FloatArray) -> float:
+    """Least signed distance of points (n, 3) to a body; inf when it lies outside the box from low to high."""
+    least = math.inf
+    for solid in body.solids:
+        center, reach = solid.pose[:3, 3], float(np.linalg.norm(solid.half_extent))
+        if np.all(center + reach > low) and np.all(center - reach < high):
+            least = min(least, float(signed_distance(points, solid).min()))
+    if body.boxes is not None and len(body.boxes):
+        near = body.boxes[np.all((body.boxes[:, 3:] > low) & (body.boxes[:, :3] < high), axis=1)]
+        for box in near:
+            gap = np.maximum(np.maximum(box[:3] - points, points - box[3:]), 0.0)
+            least = min(least, float(np.sqrt((gap * gap).sum(axis=1).min())))
+    return least
+
+
+def signed_distance(points: FloatArray, solid: Solid) -> FloatArray:
+    """Distance (n,) of points (n, 3), metres, world, to a solid's surface; negative inside."""
+    rotation = solid.pose[:3, :3]
+    local = (points - solid.pose[:3, 3]) @ rotation
+    half = solid.half_extent
+    if solid.kind == "sphere":
+        result: FloatArray = np.linalg.norm(local, axis=1) - half[0]
+        return result
+    if solid.kind == "cylinder":
+        outside = np.column_stack([np.hypot(local[:, 0], local[:, 1]) - half[0], np.abs(local[:, 2]) - half[2]])
+    else:
+        outside = np.abs(local) - half
+    beyond: FloatArray = np.linalg.norm(np.maximum(outside, 0.0), axis=1)
+    return beyond + np.minimum(outside.max(axis=1), 0.0)
+
+
+def surface_points(solids: Sequence[Solid], spacing_m: float) -> FloatArray:
+    """Points (n, 3) on the surfaces of solids, in the frame of their poses, not farther apart than the spacing."""
+    parts = [transform_points(solid.pose, _surface(solid, spacing_m)) for solid in solids]
+    return np.concatenate(parts) if parts else np.zeros((0, 3))
+
+
+def _surface(solid: Solid, spacing_m: float) -> FloatArray:
+    half = solid.half_extent
+    axes = [np.linspace(-h, h, max(2, math.ceil(2 * h / spacing_m) + 1)) for h in half]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    points: FloatArray = grid[np.any(np.abs(np.abs(grid) - half) < 1e-9, axis=1)]
+    if solid.kind == "sphere":
+        return points * (half[0] / np.linalg.norm(points, axis=1))[:, None]
+    if solid.kind == "cylinder":
+        radius = np.hypot(points[:, 0], points[:, 1])
+        square = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1]))
+        scale = np.where(radius > 1e-9, square / np.maximum(radius, 1e-9), 1.0)
+        points = points.copy()
+        points[:, :2] *= scale[:, None]
+    return points

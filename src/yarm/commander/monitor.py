@@ -1,0 +1,136 @@
+"""The safety monitor without ROS: poses and goals in, holds out."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Deque, Dict, List, Mapping, Optional, Sequence, Set, Tuple
+
+from yarm.commander.clearance import Ahead, Body, Foresight, Motion, coasting, room_ahead
+from yarm.commander.safety_params import SafetyParams
+from yarm.geometry import FloatArray, Pose2, wrap_angle
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One robot at one time.
+
+    Attributes:
+        pose: of its end effector.
+        height_m: of its end effector above the floor.
+        points: (n, 3) on its surface, in the end effector's frame.
+        target: where it was sent; None without a goal.
+        goal_id: of the goal it pursues; empty without one.
+    """
+
+    pose: Pose2
+    height_m: float
+    points: FloatArray
+    target: Optional[Pose2] = None
+    goal_id: str = ""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the monitor thinks of a robot.
+
+    Attributes:
+        ahead: room ahead of its motion.
+        held: it is to stand still.
+        stop_now: it has just been stopped: cancel its goals.
+        reason: why it was stopped; empty when it is not held.
+    """
+
+    ahead: Ahead
+    held: bool
+    stop_now: bool
+    reason: str
+
+
+@dataclass
+class _Hold:
+    since_s: float
+    reason: str
+    goal_id: str
+
+
+class Monitor:
+    """Watches a fleet; call ``look`` with every new set of poses."""
+
+    def __init__(self, params: SafetyParams) -> None:
+        """Nothing seen yet."""
+        self._params = params
+        self._sight = Foresight(params.latency_s, params.deceleration_mps2, params.reach_m)
+        self._history: Dict[str, Deque[Tuple[float, Pose2]]] = {}
+        self._holds: Dict[str, _Hold] = {}
+
+    def reset(self) -> None:
+        """Time went backwards."""
+        self._history.clear()
+        self._holds.clear()
+
+    def look(self, now_s: float, robots: Mapping[str, Seen], bodies: Mapping[str, Sequence[Body]]) -> Dict[str, Verdict]:
+        """Judge every robot.
+
+        Args:
+            now_s: time of the poses, s.
+            robots: by name.
+            bodies: by robot, everything it must not touch.
+        """
+        for name in set(self._history) - set(robots):
+            self._history.pop(name)
+            self._holds.pop(name, None)
+        return {name: self._judge(now_s, name, seen, bodies[name]) for name, seen in sorted(robots.items())}
+
+    def _judge(self, now_s: float, name: str, seen: Seen, bodies: Sequence[Body]) -> Verdict:
+        motion = self._measure(now_s, name, seen.pose)
+        target = seen.target if name not in self._holds else None
+        poses = coasting(seen.pose, motion, target, self._sight)
+        ahead = room_ahead(seen.points, seen.pose, seen.height_m, poses, bodies, self._params.stop_clearance_m)
+        hold = self._holds.get(name)
+        moving = motion.fastest_mps(self._params.reach_m) > self._params.still_mps
+        if hold is not None:
+            again = ahead.closing and moving
+            if again:
+                hold.since_s = now_s
+            if not moving and not again and now_s - hold.since_s >= self._params.hold_s:
+                del self._holds[name]
+                return Verdict(ahead, False, False, "")
+            return Verdict(ahead, True, bool(seen.goal_id) and seen.goal_id != hold.goal_id, hold.reason)
+        if not ahead.closing:
+            return Verdict(ahead, False, False, "")
+        step = "without a goal" if target is None else _describe(target)
+        reason = f"{name} {step} would come within {ahead.distance_m:.3f} m of {ahead.nearest}"
+        self._holds[name] = _Hold(now_s, reason, seen.goal_id)
+        return Verdict(ahead, True, True, reason)
+
+    def _measure(self, now_s: float, name: str, pose: Pose2) -> Motion:
+        history = self._history.setdefault(name, deque())
+        history.append((now_s, pose))
+        while len(history) > 2 and now_s - history[1][0] >= self._params.window_s:
+            history.popleft()
+        then_s, then = history[0]
+        passed = now_s - then_s
+        if passed <= 0.0:
+            return Motion()
+        return Motion(
+            (pose.x - then.x) / passed, (pose.y - then.y) / passed, wrap_angle(pose.yaw_rad - then.yaw_rad) / passed
+        )
+
+
+def _describe(target: Pose2) -> str:
+    return f"on its step to ({target.x:.2f}, {target.y:.2f}, {math.degrees(target.yaw_rad):.0f} deg)"
+
+
+def own_goals(tasks: Sequence[Tuple[str, str]]) -> Dict[str, Set[str]]:
+    """Goals of each robot from (robot, goal) pairs: what it may touch."""
+    owned: Dict[str, Set[str]] = {}
+    for robot, goal in tasks:
+        owned.setdefault(robot, set()).add(goal)
+    return owned
+
+
+def bodies_for(robot: str, bodies: Sequence[Body], allowed: Set[str]) -> List[Body]:
+    """Everything but the robot itself and what it may touch."""
+    return [body for body in bodies if body.name != robot and body.name not in allowed]

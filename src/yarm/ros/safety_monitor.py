@@ -1,0 +1,230 @@
+"""Node ``safety_monitor``: stops a mobile robot whose motion leaves too little room ahead.
+
+Watches ``/tf``, the registry's known shapes, the grid (for what nobody registered) and the action goals. Event-driven
+by ``/tf``, 30 times a second of simulated time.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Dict, List, Optional, Set, Tuple
+
+import numpy as np
+import rospy
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import Twist
+from tf2_msgs.msg import TFMessage
+
+from yarm.commander.clearance import Body, surface_points
+from yarm.commander.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
+from yarm.commander.safety_params import SafetyParams
+from yarm.commander.shapes import Solid
+from yarm.geometry import CellMap, FloatArray, Pose2
+from yarm.msg import (
+    CommanderStatus,
+    MoveRobotActionGoal,
+    MoveRobotActionResult,
+    ObjectRegistry,
+    RegisteredObject,
+    SafetyStatus,
+    StepAck,
+)
+from yarm.ros import names
+from yarm.ros.clock import ClockWatch
+from yarm.ros.commander_registry import matrix_of_transform, solids_of
+from yarm.ros.commander_reports import exact_time
+from yarm.ros.conversions import MapSubscriber
+from yarm.ros.params import load_params
+
+POSE_ACTIONS = ("True", "true", "TRUE", "False", "false", "FALSE", "")
+MAP_AGE_S = 1.0
+
+
+class RobotWatch:
+    """One mobile robot: its goals as they pass by, and the means to stop it."""
+
+    def __init__(self, name: str) -> None:
+        """Listen to the robot's action, and be ready to stop it."""
+        self.goal_id = ""
+        self.target: Optional[Pose2] = None
+        self.commands_sent = 0
+        self.points: Optional[FloatArray] = None
+        action = names.move_robot(name)
+        self._cancel = rospy.Publisher(f"{action}/cancel", GoalID, queue_size=10)
+        self._cmd_vel = rospy.Publisher(names.cmd_vel(name), Twist, queue_size=10, tcp_nodelay=True)
+        self._subscribers = [
+            rospy.Subscriber(f"{action}/goal", MoveRobotActionGoal, self._on_goal, queue_size=10, tcp_nodelay=True),
+            rospy.Subscriber(f"{action}/result", MoveRobotActionResult, self._on_result, queue_size=10),
+        ]
+
+    def stop(self, cancel: bool) -> None:
+        """Zero velocity, and with ``cancel`` the end of every goal."""
+        if cancel:
+            self._cancel.publish(GoalID())
+        self._cmd_vel.publish(Twist())
+        self.commands_sent += 1
+
+    def close(self) -> None:
+        """Let go of the robot."""
+        for item in [*self._subscribers, self._cancel, self._cmd_vel]:
+            item.unregister()
+
+    def _on_goal(self, message: MoveRobotActionGoal) -> None:
+        if message.goal.action not in POSE_ACTIONS:
+            return
+        pose = message.goal.target
+        yaw = 2.0 * np.arctan2(pose.orientation.z, pose.orientation.w)
+        self.target = Pose2(pose.position.x, pose.position.y, float(yaw))
+        self.goal_id = message.goal_id.id
+
+    def _on_result(self, message: MoveRobotActionResult) -> None:
+        if message.status.goal_id.id == self.goal_id:
+            self.goal_id, self.target = "", None
+
+
+class SafetyMonitor:
+    """Ties topics to the monitor's core."""
+
+    def __init__(self, params: SafetyParams) -> None:
+        """Subscribe; all work is done in the callback of ``/tf``."""
+        self._params = params
+        self._monitor = Monitor(params)
+        self._lock = threading.Lock()
+        self._entries: Dict[str, RegisteredObject] = {}
+        self._solids: Dict[str, List[Tuple[str, Solid]]] = {}
+        self._robots: Dict[str, RobotWatch] = {}
+        self._frames: Dict[str, FloatArray] = {}
+        self._allowed: Dict[str, Set[str]] = {}
+        self._looked_s = -1.0
+        self._blame = ""
+        self._status = rospy.Publisher(names.SAFETY_STATUS, SafetyStatus, queue_size=10)
+        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._clock = ClockWatch()
+        self._clock.on_reset(self._on_clock_reset)
+        self._maps = MapSubscriber()
+        self._subscribers = [
+            rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
+            rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_commander, queue_size=10),
+            rospy.Subscriber("/tf_static", TFMessage, self._on_tf_static, queue_size=100),
+            rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=2, tcp_nodelay=True),
+        ]
+
+    def _on_registry(self, message: ObjectRegistry) -> None:
+        with self._lock:
+            self._entries = {entry.name: entry for entry in message.entries if entry.object != "Target"}
+            self._solids = {name: solids_of(entry) for name, entry in self._entries.items()}
+            mobile = [name for name, entry in self._entries.items() if entry.object == "Mobile"]
+            for name in [name for name in self._robots if name not in mobile]:
+                self._robots.pop(name).close()
+            for name in [name for name in mobile if name not in self._robots]:
+                self._robots[name] = RobotWatch(name)
+
+    def _on_commander(self, message: CommanderStatus) -> None:
+        self._allowed = own_goals([(task.robot, task.goal) for task in message.tasks if task.robot])
+
+    def _on_clock_reset(self) -> None:
+        with self._lock:
+            self._monitor.reset()
+            self._looked_s = -1.0
+            for robot in self._robots.values():
+                robot.goal_id, robot.target, robot.commands_sent = "", None, 0
+
+    def _on_tf_static(self, message: TFMessage) -> None:
+        self._take_frames(message)
+
+    def _take_frames(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            if transform.header.frame_id.lstrip("/") == names.WORLD_FRAME:
+                self._frames[transform.child_frame_id.lstrip("/")] = matrix_of_transform(transform.transform)
+
+    def _on_tf(self, message: TFMessage) -> None:
+        if not message.transforms:
+            return
+        now_s = max(transform.header.stamp.to_sec() for transform in message.transforms)
+        if 0.0 <= now_s - self._looked_s < 0.9 / self._params.rate_hz:
+            return
+        with self._lock:
+            self._looked_s = now_s
+            self._take_frames(message)
+            self._look(now_s)
+
+    def _look(self, now_s: float) -> None:
+        robots = {name: seen for name, seen in ((n, self._see(n)) for n in self._robots) if seen is not None}
+        everything = self._bodies(now_s)
+        bodies = {name: bodies_for(name, everything, self._allowed.get(name, set())) for name in robots}
+        verdicts = self._monitor.look(now_s, robots, bodies)
+        for name, verdict in verdicts.items():
+            if verdict.held:
+                self._robots[name].stop(verdict.stop_now)
+            if verdict.stop_now:
+                self._blame = verdict.reason
+                rospy.logwarn("stopped: %s", verdict.reason)
+        self._report(now_s, verdicts)
+
+    def _see(self, name: str) -> Optional[Seen]:
+        robot, entry = self._robots[name], self._entries[name]
+        T_world_ee = self._frames.get(entry.seed_frame)  # noqa: N806
+        if T_world_ee is None:
+            return None
+        if robot.points is None:
+            robot.points = self._surface(name, T_world_ee)
+            if robot.points is None:
+                return None
+        pose = Pose2(
+            float(T_world_ee[0, 3]), float(T_world_ee[1, 3]), float(np.arctan2(T_world_ee[1, 0], T_world_ee[0, 0]))
+        )
+        return Seen(pose, float(T_world_ee[2, 3]), robot.points, robot.target, robot.goal_id)
+
+    def _surface(self, name: str, T_world_ee: FloatArray) -> Optional[FloatArray]:  # noqa: N803
+        own = self._solids[name]
+        if not own or any(frame not in self._frames for frame, _ in own):
+            return None
+        T_ee_world = np.linalg.inv(T_world_ee)  # noqa: N806
+        solids = [Solid(s.kind, s.size, T_ee_world @ self._frames[frame] @ s.pose) for frame, s in own]
+        points = surface_points(solids, self._params.spacing_m)
+        return points[points[:, 2] + T_world_ee[2, 3] > 0.02]
+
+    def _bodies(self, now_s: float) -> List[Body]:
+        bodies = []
+        for name, own in self._solids.items():
+            solids = tuple(Solid(s.kind, s.size, self._frames[f] @ s.pose) for f, s in own if f in self._frames)
+            if solids:
+                bodies.append(Body(name, solids))
+        known = {body.name for body in bodies}
+        return bodies + self._from_map(now_s, known)
+
+    def _from_map(self, now_s: float, known: Set[str]) -> List[Body]:
+        """What only the grid knows: things nobody registered, and those without a drawing."""
+        cell_map: Optional[CellMap] = self._maps.newest()
+        if cell_map is None or not 0.0 <= now_s - cell_map.stamp_s < MAP_AGE_S:
+            return []
+        half = cell_map.spec.resolution / 2.0
+        found = []
+        for name, thing in cell_map.objects.items():
+            if name not in known and thing.kind not in ("Target", "Mobile") and len(thing.cells):
+                centers = cell_map.spec.centers(thing.cells)
+                found.append(Body(name, (), np.hstack([centers - half, centers + half])))
+        return found
+
+    def _report(self, now_s: float, verdicts: Dict[str, Verdict]) -> None:
+        message = SafetyStatus(reason=self._blame)
+        message.header.stamp = exact_time(now_s)
+        message.header.frame_id = names.WORLD_FRAME
+        for name, verdict in verdicts.items():
+            message.robots.append(name)
+            message.clearance_m.append(verdict.ahead.distance_m)
+            message.nearest.append(verdict.ahead.nearest)
+            message.stopped.append(verdict.held)
+        self._status.publish(message)
+        if self._params.sync:
+            sent = sum(robot.commands_sent for robot in self._robots.values())
+            ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=sent)
+            ack.header.stamp = message.header.stamp
+            self._ack.publish(ack)
+
+
+def main() -> None:
+    """Run the node until it is shut down."""
+    rospy.init_node("safety_monitor")
+    SafetyMonitor(load_params(SafetyParams))
+    rospy.spin()
