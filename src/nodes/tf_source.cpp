@@ -4,6 +4,8 @@
 #include "yarm/ros/executor.hpp"
 #include "yarm/ros/names.hpp"
 
+#include <tf2/exceptions.h>
+
 namespace yarm {
 
 TfSource::TfSource() {
@@ -29,7 +31,7 @@ std::optional<Eigen::Isometry3d> TfSource::at(const std::string& frame, std::int
     return std::nullopt;
   }
   try {
-    const auto stamped = buffer_.lookupTransform(names::WORLD_FRAME, frame, toTime(stamp_ns), ros::Duration(0));
+    const auto stamped = buffer_.lookupTransform(names::WORLD_FRAME, frame, toTime(stamp_ns));
     const Read<Eigen::Isometry3d> pose = readTransform(stamped.transform);
     *reason = pose.reason;
     return pose.ok() ? std::optional<Eigen::Isometry3d>(pose.value) : std::nullopt;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <ros/ros.h>
-#include <tf2_ros/buffer.h>
+#include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <Eigen/Geometry>
@@ -28,7 +28,7 @@ class TfSource {
   TfSource();
 
   ros::NodeHandle handle_;
-  tf2_ros::Buffer buffer_;
+  tf2::BufferCore buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;
 };
 
