@@ -12,6 +12,7 @@ from yarm.planning.types import (
     StepCheck,
     Waypoint,
 )
+from yarm.planning.task_queue import Task, TaskQueue, TaskStatus, arrived
 from yarm.planning.yarm_planner import YarmPlanner
 
 __all__ = [
@@ -24,7 +25,11 @@ __all__ = [
     "Robot",
     "RobotPlan",
     "StepCheck",
+    "Task",
     "TaskParams",
+    "TaskQueue",
+    "TaskStatus",
     "Waypoint",
     "YarmPlanner",
+    "arrived",
 ]

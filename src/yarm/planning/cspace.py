@@ -12,7 +12,18 @@ from dataclasses import dataclass
 from typing import Callable, Dict, Optional, Sequence, Tuple, TypeVar
 
 from yarm.geometry import FloatArray, Mask, wrap_angle
-from yarm.planning.bitboard import Board, Layers, Layout, band, difference, dilated, intersection, overlap, shifted, union
+from yarm.planning.bitboard import (
+    Board,
+    Layers,
+    Layout,
+    band,
+    difference,
+    dilated,
+    intersection,
+    overlap,
+    shifted,
+    union,
+)
 from yarm.planning.footprint import Shape
 
 T = TypeVar("T")
@@ -192,7 +203,14 @@ class RobotSpace:
         """
         theirs = other.shape(other_h)
         border, stride = self.layout.border, self.layout.stride
-        key = ("pair", self._key, other._key, self._relative(h), turn and self._relative(turn), other._relative(other_h))
+        key = (
+            "pair",
+            self._key,
+            other._key,
+            self._relative(h),
+            turn and self._relative(turn),
+            other._relative(other_h),
+        )
 
         def make() -> Board:
             mine = self.shape(h) if turn is None else self.turn_shape(h, turn)
@@ -207,7 +225,9 @@ class RobotSpace:
 class View:
     """One robot's space with other robots standing in it: what a search looks at."""
 
-    def __init__(self, space: RobotSpace, others: Sequence[Tuple[RobotSpace, Pose]], near: Sequence[Layers] = ()) -> None:
+    def __init__(
+        self, space: RobotSpace, others: Sequence[Tuple[RobotSpace, Pose]], near: Sequence[Layers] = ()
+    ) -> None:
         """The space of a robot.
 
         Args:

@@ -50,4 +50,5 @@ def nearest(points: IntArray, column: Tuple[int, int], count: int) -> Tuple[int,
 def _chain(points: IntArray) -> IntArray:
     order = np.lexsort((points[:, 1], points[:, 0]))
     pairs = np.sort(np.stack([order[:-1], order[1:]], axis=-1), axis=1).astype(np.int64)
-    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    ordered: IntArray = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    return ordered

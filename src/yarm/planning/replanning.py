@@ -46,7 +46,8 @@ class Memory:
             goal_pose, start_pose = pose_of(end, space), pose_of(start, space)
             if goal_pose is None:
                 return None
-            first, _ = name not in seen, seen.add(name)
+            first = name not in seen
+            seen.add(name)
             if first and at[name] == goal_pose:
                 continue
             if not first and at[name] != start_pose:

@@ -9,19 +9,18 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import BoolArray, IntArray, wrap_angle
+from yarm.geometry import BoolArray, IntArray
 from yarm.params import build
 from yarm.planning import request_check as check
-from yarm.planning.bitboard import Layers, Layout, dilated
-from yarm.planning.cspace import SAME_HEADING_RAD, Pose, RobotSpace, ShapeCache, Turns, headings_from, with_margin
+from yarm.planning.cspace import ShapeCache
 from yarm.planning.fleet import Fleet, Move, joint_moves
-from yarm.planning.graph import delaunay_edges, neighbours_of
 from yarm.planning.joint_plan import StepChoice, path_of, valid
 from yarm.planning.params import PlannerParams
 from yarm.planning.particles import cell_order, even_particles, narrow_columns
 from yarm.planning.replanning import Memory, waypoint
-from yarm.planning.search import Path, Roadmap, Target, reachable
-from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, Robot, RobotPlan
+from yarm.planning.search import Path, Roadmap
+from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
+from yarm.planning.world import World, roadmap_of, turns_of, why_not
 
 
 class YarmPlanner:
@@ -34,7 +33,7 @@ class YarmPlanner:
             ParamError: a parameter is out of range.
         """
         self.params = build(PlannerParams, dataclasses.asdict(params or PlannerParams()))
-        self._turns = turns_of(self.params)
+        self._turns = turns_of(self.params.turns_deg, self.params.turn_step_deg, self.params.turn_deg_per_cell)
         self._cache = ShapeCache()
         self.reset()
 
@@ -98,9 +97,7 @@ class YarmPlanner:
         self._memory.goals = goals
         return kept if kept is not None else [], rounds
 
-    def _steps(
-        self, world: World, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]
-    ) -> Dict[str, RobotPlan]:
+    def _steps(self, world: World, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]) -> Dict[str, RobotPlan]:
         choice = StepChoice(fleet, moves, self.params.least_step_cells)
         steps = choice.choose()
         names = [robot.name for robot in world.robots]
@@ -123,94 +120,11 @@ class YarmPlanner:
         return plans
 
 
-class World:
-    """A request as boards: the robots that can be planned for, their spaces and their targets."""
-
-    def __init__(self, request: PlanRequest, robots: Sequence[Robot], layout: Layout, obstacles: Layers) -> None:
-        """See ``of``."""
-        self.request = request
-        self.robots = tuple(robots)
-        self.layout = layout
-        self.obstacles = obstacles
-        self.spaces: List[RobotSpace] = []
-        self.targets: List[Optional[Target]] = []
-
-    @staticmethod
-    def of(request: PlanRequest, turns: Turns, cache: ShapeCache) -> Optional[World]:
-        """The world of a request; None when it has no robot that can be planned for."""
-        robots = [robot for robot in request.robots if check.robot_fault(robot, request) is None]
-        if not robots:
-            return None
-        layout = Layout(request.spec.shape, 8 * math.ceil(_border(robots) / 8))
-        world = World(request, robots, layout, layout.layers_of_grid(check.robotless_grid(request, robots)))
-        for robot in robots:
-            world._add(robot, turns, cache)
-        return world
-
-    def _add(self, robot: Robot, turns: Turns, cache: ShapeCache) -> None:
-        goal = check.assigned_goal(robot, self.request)
-        usable = goal if goal is not None and check.goal_fault(robot, self.request) is None else None
-        wanted_yaw = None if usable is None else usable.yaw_rad
-        headings = headings_from(robot.yaw_rad, turns, wanted_yaw)
-        wanted = None
-        if wanted_yaw is not None:
-            wanted = min(range(len(headings)), key=lambda h: abs(wrap_angle(headings[h] - wanted_yaw)))
-        present = self.layout.layers_of_cells(robot.cells)
-        obstacles = with_margin(self.obstacles, present, self.layout.stride)
-        forbidden = self._forbidden(present)
-        if forbidden:
-            obstacles = tuple(layer | forbidden for layer in obstacles)
-        start: Pose = (int(robot.column[0]), int(robot.column[1]), 0)
-        resolution = self.request.spec.resolution
-        self.spaces.append(
-            RobotSpace(robot.mask, start, headings, turns, obstacles, self.layout, resolution, cache, wanted)
-        )
-        column = None if usable is None else (int(usable.column[0]), int(usable.column[1]))
-        self.targets.append(None if column is None else Target(column, wanted))
-
-    def _forbidden(self, present: Layers) -> int:
-        """Board of the columns no cell may enter, but those the robot stands in."""
-        if self.request.forbidden is None:
-            return 0
-        board = self.layout.board_of_image(np.asarray(self.request.forbidden, dtype=np.bool_))
-        for layer in present:
-            board &= ~layer
-        return board
-
-    def goal_key(self, i: int) -> Tuple[Tuple[int, int], Optional[float]]:
-        """What identifies the goal of a robot."""
-        target = self.targets[i]
-        assert target is not None
-        return target.column, None if target.heading is None else self.spaces[i].headings[target.heading]
-
-    def obstacles_key(self) -> Tuple[object, ...]:
-        """What identifies the map and the robots' cells."""
-        return (self.obstacles, tuple(robot.mask.cells.tobytes() for robot in self.robots))
-
-
-def turns_of(params: PlannerParams) -> Turns:
-    """Allowed turns of the parameters."""
-    angles = tuple(math.radians(angle) for angle in params.turns_deg if abs(angle) > math.degrees(SAME_HEADING_RAD))
-    return Turns(angles, math.radians(params.turn_step_deg), math.radians(params.turn_deg_per_cell))
-
-
-def roadmap_of(particles: IntArray) -> Roadmap:
-    """Particles with their Delaunay graph."""
-    edges = delaunay_edges(particles)
-    columns = tuple((int(x), int(y)) for x, y in particles)
-    return Roadmap(particles, columns, neighbours_of(len(particles), edges), edges)
-
-
 def path_length(fleet: Fleet, path: Optional[Path]) -> float:
     """Length of a path, cells; infinite for none."""
     if path is None:
         return math.inf
     return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:]))
-
-
-def _border(robots: Sequence[Robot]) -> int:
-    reach = max(float(np.hypot(r.mask.cells[:, 0], r.mask.cells[:, 1]).max()) for r in robots)
-    return math.ceil(reach) + 3
 
 
 def _faulty_plans(request: PlanRequest) -> Dict[str, RobotPlan]:
@@ -232,51 +146,14 @@ def _goal_plans(world: World, fleet: Fleet) -> Dict[str, RobotPlan]:
     plans = {}
     for i, robot in enumerate(world.robots):
         if world.targets[i] is not None and fleet.alone(i) is None:
-            status, reason = _why_not(world, fleet, i)
+            status, reason = why_not(world, fleet, i)
             plans[robot.name] = RobotPlan(robot.name, world.request.assignments[robot.name], status, reason)
     return plans
-
-
-def _why_not(world: World, fleet: Fleet, i: int) -> Tuple[PlanStatus, str]:
-    robot, target, space = world.robots[i], world.targets[i], fleet.spaces[i]
-    assert target is not None
-    goal = world.request.assignments[robot.name]
-    headings = range(len(space.headings)) if target.heading is None else [target.heading]
-    view = fleet.view(i, fleet.starts, range(len(fleet.spaces)))
-    if not any(view.stands((*target.column, h)) for h in headings):
-        owners = _owners(world, i, (*target.column, headings[0]))
-        return PlanStatus.INVALID_GOAL, (
-            f"{robot.name} cannot stand with its end effector at {goal} {target.column} at any allowed heading: "
-            f"{owners} within its margin"
-        )
-    reached = reachable(view, fleet.starts[i])
-    closest = min(
-        ((math.dist(column, target.column), column, h) for h in reached for column in _columns(world, reached[h])),
-        default=(0.0, space.start[:2], 0),
-    )
-    toward = _towards(closest[1], target.column)
-    return PlanStatus.INFEASIBLE, (
-        f"{robot.name} has no way to {goal} {target.column} through any cell at any allowed heading; it gets as far as "
-        f"{closest[1]}, stopped by {_owners(world, i, (*toward, closest[2]))}"
-    )
-
-
-def _columns(world: World, board: int) -> List[Tuple[int, int]]:
-    return [(int(x), int(y)) for x, y in np.argwhere(world.layout.image_of_board(board))]
-
-
-def _towards(a: Tuple[int, int], b: Tuple[int, int]) -> Tuple[int, int]:
-    return a[0] + int(np.sign(b[0] - a[0])), a[1] + int(np.sign(b[1] - a[1]))
-
-
-def _owners(world: World, i: int, pose: Pose) -> str:
-    """Who occupies cells that a robot at a pose would overlap or come too near to."""
-    cells = world.spaces[i].shape(pose[2]).at(pose[:2])
-    touched = tuple(a & b for a, b in zip(dilated(cells, world.layout.stride), world.obstacles))
-    return check.objects_at(world.layout.cells_of_layers(touched), world.request)
 
 
 def _stuck_reason(world: World, i: int) -> str:
     others = ", ".join(robot.name for j, robot in enumerate(world.robots) if j != i)
     goal = world.request.assignments.get(world.robots[i].name, "")
-    return f"{world.robots[i].name} waits: no order of moves was found that brings it to {goal} past {others or 'nobody'}"
+    return (
+        f"{world.robots[i].name} waits: no order of moves was found that brings it to {goal} past {others or 'nobody'}"
+    )

@@ -1,0 +1,166 @@
+"""Travel distances in configuration space: what the task queue assigns by."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from yarm.geometry import BoolArray
+from yarm.planning import request_check as check
+from yarm.planning.bitboard import Board, Layers, shifted, union
+from yarm.planning.cspace import Pose, RobotSpace, ShapeCache, View
+from yarm.planning.fleet import Fleet
+from yarm.planning.particles import cell_order
+from yarm.planning.search import Roadmap, flood, path_cost
+from yarm.planning.types import Column, Goal, PlanRequest
+from yarm.planning.world import World, roadmap_of, turns_of, why_not
+
+Held = Tuple[str, Goal]
+"""A robot and the goal it holds."""
+
+_PARTICLES = 333
+
+
+class Travel:
+    """Distances between robots and goals in one map, the robots themselves taken away, each made when asked for."""
+
+    def __init__(self, request: PlanRequest, turns_deg: Sequence[float]) -> None:
+        """Map, robots and goals of a request; its assignments are not read."""
+        self._request = request
+        self._turns = turns_of(turns_deg)
+        self._cache = ShapeCache()
+        self._robots = {robot.name: robot for robot in request.robots}
+        self._worlds: Dict[Tuple[str, str], Optional[World]] = {}
+        self._distances: Dict[Tuple[str, str], Tuple[float, str]] = {}
+
+    def distance(self, robot: str, goal: Goal) -> Tuple[float, str]:
+        """Cost of a robot's way to a goal, cells (turns included); infinite, with the reason, when there is none."""
+        key = (robot, goal.name)
+        if key not in self._distances:
+            self._distances[key] = self._measure(robot, goal)
+        return self._distances[key]
+
+    def _measure(self, robot: str, goal: Goal) -> Tuple[float, str]:
+        world = self._world(robot, goal)
+        request = replace(self._request, assignments={robot: goal.name}, goals={goal.name: goal})
+        fault = check.world_fault(request) or check.robot_fault(self._robots[robot], request)
+        fault = fault or check.goal_fault(self._robots[robot], request)
+        if fault or world is None:
+            return math.inf, fault if isinstance(fault, str) else (fault[1] if fault else f"{robot} is not there")
+        roadmap = _roadmap(request.spec.shape[0], request.spec.shape[1])
+        fleet = Fleet(world.spaces, world.targets, roadmap)
+        path = fleet.alone(0)
+        if path is None:
+            return math.inf, why_not(world, fleet, 0)[1]
+        return path_cost(fleet.view(0, fleet.starts), path), ""
+
+    def _world(self, robot: str, goal: Optional[Goal]) -> Optional[World]:
+        key = (robot, "" if goal is None else goal.name)
+        if key not in self._worlds:
+            goals = {} if goal is None else {goal.name: goal}
+            assignments = {} if goal is None else {robot: goal.name}
+            request = replace(self._request, assignments=assignments, goals=goals)
+            usable = not check.world_fault(request)
+            self._worlds[key] = World.of(request, self._turns, self._cache, robot) if usable else None
+        return self._worlds[key]
+
+    def compatible(self, one: str, goal: Goal, other: str, other_goal: Goal) -> bool:
+        """Whether two robots can stand on two goals at the same time, the margin between them."""
+        first, second = self._world(one, goal), self._world(other, other_goal)
+        if first is None or second is None:
+            return False
+        mine = _stands(first)
+        return any(not _touch(first.spaces[0], a, second.spaces[0], b) for a in mine for b in _stands(second))
+
+    def stands_in(self, robot: str, columns: BoolArray) -> bool:
+        """Whether a robot has a cell in one of the columns (gx, gy)."""
+        cells = self._robots[robot].cells
+        inside = cells[self._request.spec.contains(cells)]
+        return bool(columns[inside[:, 0], inside[:, 1]].any())
+
+    def place_outside(
+        self, robot: str, columns: BoolArray, held: Sequence[Held], waiting: Sequence[Goal]
+    ) -> Optional[Tuple[Column, float]]:
+        """Nearest column where a robot has no cell in ``columns`` and is in nobody's way.
+
+        Args:
+            robot: its name.
+            columns: (gx, gy) columns to leave.
+            held: goals that others are on their way to.
+            waiting: goals others will want later; given up when there is no place otherwise.
+
+        Returns:
+            the place, and its cost, cells; None when there is none.
+        """
+        world = self._world(robot, None)
+        if world is None:
+            return None
+        space, layout = world.spaces[0], world.layout
+        board = layout.board_of_image(columns)
+        leave: Layers = tuple(board for _ in range(layout.shape[2]))
+        others = self._present(robot)
+        for taken in (self._taken(robot, held, waiting), self._taken(robot, held, ()), []):
+            keep_free = leave
+            for layers in [*others, *taken]:
+                keep_free = union(keep_free, layers)
+            view = View(space, ())
+
+            def wanted(h: int, keep_free: Layers = keep_free, view: View = view) -> Board:
+                return layout.field & ~space.shape(h).blocked_by(keep_free) & ~view.blocked(h)
+
+            way = flood(view, space.start, wanted)
+            if way is not None:
+                return way[-1][:2], path_cost(view, way)
+        return None
+
+    def _present(self, robot: str) -> List[Layers]:
+        """The other robots, with their margin, where they stand."""
+        layers = []
+        for other in self._robots:
+            world = None if other == robot else self._world(other, None)
+            if world is not None:
+                layers.append(_grown_at(world.spaces[0], world.spaces[0].start))
+        return layers
+
+    def _taken(self, robot: str, held: Sequence[Held], waiting: Sequence[Goal]) -> List[Layers]:
+        """The other robots, with their margin, on goals they hold or may be given."""
+        pairs = [(other, goal) for other, goal in held if other != robot]
+        pairs += [(other, goal) for goal in waiting for other in self._robots if goal.robot in ("", other)]
+        layers = []
+        for other, goal in pairs:
+            world = self._world(other, goal)
+            if world is not None:
+                layers += [_grown_at(world.spaces[0], pose) for pose in _stands(world)]
+        return layers
+
+
+def _stands(world: World) -> List[Pose]:
+    """Poses in which the one robot of a world can stand on its target."""
+    target, space = world.targets[0], world.spaces[0]
+    if target is None:
+        return []
+    view = View(space, ())
+    headings = range(len(space.headings)) if target.heading is None else [target.heading]
+    poses: List[Pose] = [(target.column[0], target.column[1], h) for h in headings]
+    return [pose for pose in poses if view.stands(pose)]
+
+
+def _touch(one: RobotSpace, a: Pose, other: RobotSpace, b: Pose) -> bool:
+    table = one.pair_table(a[2], None, other, b[2])
+    border = one.layout.border
+    board = shifted(table, (b[0] - border) * one.layout.stride + b[1] - border)
+    return bool(board >> one.layout.bit(a[0], a[1]) & 1)
+
+
+def _grown_at(space: RobotSpace, pose: Pose) -> Layers:
+    offset = pose[0] * space.layout.stride + pose[1]
+    return tuple(shifted(layer, offset) for layer in space.shape(pose[2]).grown)
+
+
+@lru_cache(maxsize=4)
+def _roadmap(gx: int, gy: int) -> Roadmap:
+    return roadmap_of(cell_order((gx, gy))[:_PARTICLES].astype(np.int64))
