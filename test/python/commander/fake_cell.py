@@ -1,0 +1,290 @@
+"""A kinematic cell for the Commander's core: robots obey, debris lies, maps come 30 times a simulated second."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from yarm.commander.machine import Commander
+from yarm.commander.messages import (
+    CancelGoal,
+    ClockReset,
+    DeleteDone,
+    DeleteObject,
+    GoalDone,
+    MapUpdate,
+    Outcome,
+    RegistryUpdate,
+    SanderState,
+    Say,
+    SendGoal,
+    ServerUpdate,
+    SetAssociation,
+    Tick,
+)
+from yarm.commander.mission import Tools
+from yarm.commander.params import CommanderParams
+from yarm.commander.requests import Request
+from yarm.commander.shapes import RobotShape
+from yarm.geometry import CellMap, GridSpec, MappedObject, quaternion_from_rpy, wrap_angle
+from yarm.planning.registry import make_planner
+from yarm.planning.shapes import ANKURBOT_BEAMS, ANKURBOT_DISCS
+
+SPEC = GridSpec()
+PERIOD_S = 1.0 / 30.0
+SPEED_MPS = 1.0
+TURN_RADPS = 0.8
+SHAPE = RobotShape(ANKURBOT_DISCS, ANKURBOT_BEAMS)
+AREA = "SPACE=SWITCH/AREA=11,29,17,32,0,10"
+NO_CELLS = np.zeros((0, 3), dtype=np.int64)
+
+
+def box_cells(low, high):
+    """Cells of a box between two corners, metres."""
+    axes = [np.arange(a + 0.01, b, 0.03) for a, b in zip(low, high)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return SPEC.cells_inside(points)
+
+
+TABLE = box_cells((-0.45, -0.60, 0.0), (0.45, 0.60, 0.70))
+STAND = box_cells((-1.30, -0.20, 0.0), (-0.90, 0.20, 0.70))
+
+
+@dataclass
+class FakeRobot:
+    """A mobile robot that turns, then drives straight."""
+
+    x: float
+    y: float
+    yaw: float
+    goal: SendGoal | None = None
+    stuck: bool = False
+
+    def step(self) -> bool:
+        """Move for one period; true when the goal is reached."""
+        if self.goal is None or self.goal.target is None or self.stuck:
+            return False
+        target = self.goal.target
+        left = wrap_angle(target.yaw_rad - self.yaw)
+        if abs(left) > 1e-9:
+            self.yaw = wrap_angle(self.yaw + math.copysign(min(abs(left), TURN_RADPS * PERIOD_S), left))
+            return False
+        way = math.hypot(target.x - self.x, target.y - self.y)
+        share = 1.0 if way < 1e-9 else min(1.0, SPEED_MPS * PERIOD_S / way)
+        self.x += share * (target.x - self.x)
+        self.y += share * (target.y - self.y)
+        return share >= 1.0
+
+
+@dataclass
+class FakeArm:
+    """A manipulator: a tip that stands still, and what it was told."""
+
+    tip: tuple = (-0.25, 0.0, 0.75)
+    state: int = 0
+    on: bool = False
+    told: list = field(default_factory=list)
+
+
+class FakeCell:
+    """The world around a Commander."""
+
+    def __init__(self, params=None, planner="yarm", **robots):
+        """Robots by name: (x, y, yaw) of the end effector."""
+        self.params = params or CommanderParams()
+        tools = Tools(make_planner(planner), np.random.default_rng(self.params.seed))
+        self.commander = Commander(self.params, tools)
+        self.robots = {name: FakeRobot(*pose) for name, pose in robots.items()}
+        self.arms = {}
+        self.debris = {}
+        self.targets = {}
+        self.statics = {"table": TABLE, "stand": STAND}
+        self.obstacles = {}
+        self.now = 0.0
+        self.silent = False
+        self.lost = set()
+        self.fail_next = {}
+        self.deletes = True
+        self.said = []
+        self.sent = []
+        self.association = []
+        self.touches = []
+        self._events = []
+        self._registered = None
+
+    def request(self, **fields):
+        """Ask for a change of state."""
+        reply, actions = self.commander.request(Request(**fields), self.now)
+        self._do(actions)
+        return reply
+
+    def run(self, until, limit_s=300.0):
+        """Let time run until a condition holds.
+
+        Raises:
+            TimeoutError: it did not within the limit.
+        """
+        end = self.now + limit_s
+        while not until():
+            if self.now > end:
+                status = self.commander.status(self.now)
+                raise TimeoutError(f"not within {limit_s} s: {status}; last said: {self.said[-8:]}")
+            self.tick()
+
+    def run_for(self, seconds):
+        """Let time run."""
+        end = self.now + seconds
+        self.run(lambda: self.now >= end, seconds + 1.0)
+
+    def idle(self):
+        """The Commander is not busy."""
+        return not self.commander.busy
+
+    @property
+    def status(self):
+        """What the Commander shows."""
+        return self.commander.status(self.now)
+
+    def calibrate(self):
+        """From IDLE to CALIBRATION, done."""
+        assert self.request(current_state=True).success
+        assert self.request(next_state=True).success
+        self.run(self.idle, 60.0)
+        assert self.status.outcome == "succeeded", self.status
+
+    def restart(self):
+        """The simulator starts again."""
+        self.now = 0.0
+        for robot in self.robots.values():
+            robot.goal = None
+        self._step(ClockReset())
+
+    def tick(self):
+        """One camera set."""
+        self.now += PERIOD_S
+        self._register()
+        for name, robot in self.robots.items():
+            if robot.goal is not None and name not in self.lost and robot.step():
+                self._end(name, Outcome.SUCCEEDED)
+            self._note_touch(name, robot)
+        events, self._events = self._events, []
+        for event in events:
+            self._step(event)
+        self._step(Tick() if self.silent else MapUpdate(self.map()))
+
+    def lose(self, name):
+        """A robot's action server dies."""
+        self.lost.add(name)
+        self._events.append(ServerUpdate(name, False))
+
+    def find(self, name):
+        """A robot's action server is back, without memory."""
+        self.lost.discard(name)
+        if name in self.robots:
+            self.robots[name].goal = None
+        self._events.append(ServerUpdate(name, True))
+
+    def map(self):
+        """The occupancy map of now."""
+        grid = np.zeros(SPEC.shape, dtype=np.int8)
+        objects = {}
+        for name, cells in {**self.statics, **self.obstacles}.items():
+            objects[name] = MappedObject(name, "Obstacle", 1, tuple(SPEC.centers(cells).mean(axis=0)), (0, 0, 0, 1), cells)
+        for name, (x, y) in self.debris.items():
+            cells = SPEC.cells_inside([(x + dx, y + dy, 0.75) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
+            objects[name] = MappedObject(name, "Debris", 2, (x, y, 0.75), (0, 0, 0, 1), cells)
+        for name, (x, y) in self.targets.items():
+            objects[name] = MappedObject(name, "Target", 3, (x, y, 0.89), (0, 0, 0, 1), NO_CELLS)
+        for name, robot in self.robots.items():
+            cells = SHAPE.mask(SPEC, robot.yaw).at(SPEC.column_of((robot.x, robot.y)))
+            quaternion = tuple(quaternion_from_rpy(0, 0, robot.yaw))
+            inside = cells[SPEC.contains(cells)]
+            objects[name] = MappedObject(name, "Mobile", 4, (robot.x, robot.y, 0.89), quaternion, inside)
+        for name, arm in self.arms.items():
+            height = 1.2 if not arm.on else arm.tip[2]
+            cells = SPEC.cells_inside([(arm.tip[0], arm.tip[1], height), (arm.tip[0], arm.tip[1], height + 0.05)])
+            objects[name] = MappedObject(name, "Manipulator", 5, (*arm.tip[:2], height), (0, 0, 0, 1), cells)
+        for thing in objects.values():
+            grid[tuple(thing.cells.T)] += 1
+        return CellMap(self.now, SPEC, np.minimum(grid, 2), objects)
+
+    def _note_touch(self, name, robot):
+        cells = SHAPE.mask(SPEC, robot.yaw).at(SPEC.column_of((robot.x, robot.y)))
+        own = {tuple(c) for c in cells.tolist()}
+        for other, taken in {**self.statics, **self.obstacles}.items():
+            if not own.isdisjoint(map(tuple, taken.tolist())):
+                self.touches.append((self.now, name, other))
+        for other, second in self.robots.items():
+            if other > name:
+                taken = SHAPE.mask(SPEC, second.yaw).at(SPEC.column_of((second.x, second.y)))
+                if not own.isdisjoint(map(tuple, taken.tolist())):
+                    self.touches.append((self.now, name, other))
+
+    def _register(self):
+        kinds = {name: "Mobile" for name in self.robots}
+        kinds.update({name: "Manipulator" for name in self.arms})
+        kinds.update({name: "Debris" for name in self.debris})
+        kinds.update({name: "Target" for name in self.targets})
+        if kinds != self._registered:
+            known = set(self._registered or {})
+            self._registered = kinds
+            self._step(RegistryUpdate(kinds, {name: SHAPE for name in self.robots}))
+            for name in sorted((set(self.robots) | set(self.arms)) - known - self.lost):
+                self._step(ServerUpdate(name, True))
+
+    def _step(self, event):
+        self._do(self.commander.step(event, self.now))
+
+    def _do(self, actions):
+        for action in actions:
+            if isinstance(action, SendGoal):
+                self.sent.append((self.now, action))
+                self._take(action)
+            elif isinstance(action, CancelGoal):
+                self._cancel(action)
+            elif isinstance(action, SetAssociation):
+                self.association.append((self.now, action.on))
+            elif isinstance(action, DeleteObject):
+                self._delete(action.name)
+            elif isinstance(action, Say):
+                self.said.append(action.text)
+
+    def _take(self, goal):
+        failure = self.fail_next.pop(goal.robot, None)
+        if failure is not None:
+            self._events.append(GoalDone(goal.robot, goal.serial, *failure))
+        elif goal.robot in self.arms:
+            self._tell(self.arms[goal.robot], goal)
+        elif goal.action == "CALIBRATION":
+            self._events.append(GoalDone(goal.robot, goal.serial, Outcome.SUCCEEDED, "SPACE=XY/AREA=17,7,15"))
+        else:
+            self.robots[goal.robot].goal = goal
+
+    def _tell(self, arm, goal):
+        arm.told.append((self.now, goal.action))
+        answer = AREA if goal.action == "CALIBRATION" else ""
+        if goal.action in ("ON", "OFF"):
+            arm.on = goal.action == "ON"
+        else:
+            arm.state = 4 if goal.action == "CALIBRATION" else 0
+            arm.on = False
+            self._events.append(SanderState(goal.robot, arm.state))
+        self._events.append(GoalDone(goal.robot, goal.serial, Outcome.SUCCEEDED, answer))
+
+    def _cancel(self, action):
+        robot = self.robots.get(action.robot)
+        if robot is not None and robot.goal is not None and robot.goal.serial == action.serial:
+            self._end(action.robot, Outcome.PREEMPTED)
+
+    def _end(self, name, outcome):
+        robot = self.robots[name]
+        self._events.append(GoalDone(name, robot.goal.serial, outcome, "done" if outcome is Outcome.SUCCEEDED else ""))
+        robot.goal = None
+
+    def _delete(self, name):
+        if self.deletes:
+            self.debris.pop(name, None)
+            self.targets.pop(name, None)
+        self._events.append(DeleteDone(name, self.deletes, "gone" if self.deletes else "refused"))
