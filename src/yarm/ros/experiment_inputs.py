@@ -11,7 +11,7 @@ from std_msgs.msg import Float32, Int8
 from tf2_msgs.msg import TFMessage
 
 from yarm.experiments.recorder import ContactSample, PlanSample, Recorder, TaskSample
-from yarm.geometry import yaw_of_quaternion
+from yarm.geometry import Pose2, yaw_of_quaternion
 from yarm.msg import (
     Clearance,
     CommanderStatus,
@@ -66,9 +66,11 @@ class ExperimentInputs:
         self.loop_ms: List[SimStatus] = []
         self._frames: Dict[str, str] = {}
         self._goal_frames: Dict[str, str] = {}
+        self._fixed: Dict[str, Pose2] = {}
         self._robot_topics: Dict[str, List[rospy.Subscriber]] = {}
         self._subscribers = [
             rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=100, tcp_nodelay=True),
+            rospy.Subscriber("/tf_static", TFMessage, self._on_tf_static, queue_size=100),
             rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
             rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100),
             rospy.Subscriber(names.PLAN_REPORT, PlanReport, self._on_plan, queue_size=100),
@@ -89,6 +91,7 @@ class ExperimentInputs:
             self._frames = {e.seed_frame: e.name for e in message.entries if e.object == "Mobile"}
             self._goal_frames = {e.seed_frame: e.name for e in message.entries if e.object in ("Debris", "Target")}
             arms = [e.name for e in message.entries if e.object == "Manipulator"]
+            self._take_fixed_goals()
         for robot in self.state.robots:
             self._follow(robot, [(names.move_robot(robot) + "/goal", MoveRobotActionGoal, self._on_goal)])
         for arm in arms:
@@ -123,6 +126,18 @@ class ExperimentInputs:
                     self.recorder.pose(now_s, robot, pose.x, pose.y, pose.yaw_rad)
                 if goal is not None:
                     self.recorder.goal_pose(goal, pose.x, pose.y)
+
+    def _on_tf_static(self, message: TFMessage) -> None:
+        with self.lock:
+            for transform in message.transforms:
+                self._fixed[transform.child_frame_id.lstrip("/")] = pose2_of_transform(transform.transform)
+            self._take_fixed_goals()
+
+    def _take_fixed_goals(self) -> None:
+        for frame, goal in self._goal_frames.items():
+            pose = self._fixed.get(frame)
+            if pose is not None:
+                self.recorder.goal_pose(goal, pose.x, pose.y)
 
     def _on_status(self, message: CommanderStatus) -> None:
         with self.lock:
