@@ -1,6 +1,7 @@
 """Task assignment and planning; NumPy and SciPy only."""
 
 from yarm.planning.params import PlannerParams, TaskParams
+from yarm.planning.task_queue import Task, TaskQueue, TaskStatus, arrived
 from yarm.planning.types import (
     FleetPlan,
     FleetPlanner,
@@ -12,7 +13,6 @@ from yarm.planning.types import (
     StepCheck,
     Waypoint,
 )
-from yarm.planning.task_queue import Task, TaskQueue, TaskStatus, arrived
 from yarm.planning.yarm_planner import YarmPlanner
 
 __all__ = [

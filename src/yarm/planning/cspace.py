@@ -63,12 +63,10 @@ class Turns:
 
     Attributes:
         angles_rad: allowed turns relative to the present heading.
-        step_rad: largest angle between two samples of a turn's sweep.
         rad_per_cell: angle that costs as much as one cell of travel.
     """
 
     angles_rad: Tuple[float, ...]
-    step_rad: float
     rad_per_cell: float
 
 
@@ -140,7 +138,7 @@ class RobotSpace:
 
     def _turned(self, first: float, angle: float) -> Shape:
         key = ("shape", self._key, round(first, 6), round(angle, 6))
-        return self._cache.get(key, lambda: self.shape0.turned(first, angle, self.turns.step_rad, self._resolution))
+        return self._cache.get(key, lambda: self.shape0.turned(first, angle, self._resolution))
 
     def turn_angle(self, h: int, k: int) -> Optional[float]:
         """Angle of the turn between two headings, rad; None when it is not an allowed one."""

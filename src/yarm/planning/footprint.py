@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, Sequence, Tuple
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from yarm.planning.bitboard import Board, Layers, Layout, band_rows, dilated, sh
 
 Group = Tuple[int, IntArray]
 """Bits of the heights occupied, and the (n, 2) relative columns occupied at exactly these heights."""
+
+ARC_CELLS = 0.1
+"""Largest way of a shape's outermost point between two sampled angles of a turn, cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,25 +118,24 @@ class Shape:
                     blocked |= shifted(smeared[length], -offset)
         return blocked
 
-    def turned(self, start_rad: float, angle_rad: float, step_rad: float, resolution: FloatArray) -> Shape:
+    def turned(self, start_rad: float, angle_rad: float, resolution: FloatArray) -> Shape:
         """What the shape covers while it turns about the end effector.
 
-        Every column is a solid rectangle; every column that it overlaps at some angle is covered. Between two sampled
-        angles the rectangle is taken wider by half its way, so the result never misses a column.
+        Every column is a solid rectangle; every column that it overlaps at one of many angles is covered.
 
         Args:
             start_rad: first angle, relative to the shape as it is.
             angle_rad: angle turned from there; 0 for the shape at the first angle alone.
-            step_rad: largest angle between two samples.
             resolution: size of a cell, m.
         """
         quarter = round(start_rad / (0.5 * math.pi))
         if angle_rad == 0.0 and abs(start_rad - quarter * 0.5 * math.pi) < 1e-6 and resolution[0] == resolution[1]:
             return Shape(self.layout, tuple((bits, _quarters(columns, quarter)) for bits, columns in self.groups))
-        count = math.ceil(abs(angle_rad) / step_rad)
+        size = resolution[:2]
+        reach = max(float(np.linalg.norm((np.abs(columns) + 0.5) * size, axis=1).max()) for _, columns in self.groups)
+        count = math.ceil(abs(angle_rad) * reach / (ARC_CELLS * float(size.min())))
         angles = start_rad + np.linspace(0.0, angle_rad, count + 1)
-        wider = abs(angle_rad) / count / 2.0 if count else 0.0
-        touched = [(bits, _overlapped(columns, angles, wider, resolution[:2])) for bits, columns in self.groups]
+        touched = [(bits, _overlapped(columns, angles, size)) for bits, columns in self.groups]
         return Shape(self.layout, tuple((bits, self._distinct(xy[:, 0], xy[:, 1])) for bits, xy in touched))
 
     def _distinct(self, x: IntArray, y: IntArray) -> IntArray:
@@ -169,13 +171,13 @@ def _quarters(columns: IntArray, quarter: int) -> IntArray:
     return np.stack(turned, axis=-1)
 
 
-def _overlapped(columns: IntArray, angles: FloatArray, wider_rad: float, size: FloatArray) -> IntArray:
+def _overlapped(columns: IntArray, angles: FloatArray, size: FloatArray) -> IntArray:
     """Columns (k, 2), some repeated, overlapped by columns (n, 2) turned about the origin by any of the angles (a,).
 
     Two rectangles overlap when their shadows do on each of their four sides' directions.
     """
     centers = (columns * size).astype(np.float32)
-    wider = (wider_rad * np.hypot(centers[:, 0], centers[:, 1])).astype(np.float32)[None, :, None] - np.float32(1e-6)
+    touching = np.float32(1e-6)
     c, s = (np.abs(v).astype(np.float32)[:, None, None] for v in (np.cos(angles), np.sin(angles)))
     cos, sin = (v.astype(np.float32)[:, None] for v in (np.cos(angles), np.sin(angles)))
     x = cos * centers[:, 0] - sin * centers[:, 1]
@@ -187,9 +189,9 @@ def _overlapped(columns: IntArray, angles: FloatArray, wider_rad: float, size: F
     dx = (ix * size[0]).astype(np.float32) - x[..., None]
     dy = (iy * size[1]).astype(np.float32) - y[..., None]
     half_x, half_y = np.float32(size[0] / 2), np.float32(size[1] / 2)
-    hit = np.abs(dx) < half_x + c * half_x + s * half_y + wider
-    hit &= np.abs(dy) < half_y + s * half_x + c * half_y + wider
+    hit = np.abs(dx) < half_x + c * half_x + s * half_y - touching
+    hit &= np.abs(dy) < half_y + s * half_x + c * half_y - touching
     along, across = cos[..., None] * dx + sin[..., None] * dy, cos[..., None] * dy - sin[..., None] * dx
-    hit &= np.abs(along) < half_x + c * half_x + s * half_y + wider
-    hit &= np.abs(across) < half_y + s * half_x + c * half_y + wider
+    hit &= np.abs(along) < half_x + c * half_x + s * half_y - touching
+    hit &= np.abs(across) < half_y + s * half_x + c * half_y - touching
     return np.stack([ix[hit], iy[hit]], axis=-1)

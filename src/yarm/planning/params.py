@@ -18,7 +18,6 @@ class PlannerParams:
     turns_deg: Tuple[float, ...] = param(
         (0.0, 90.0, -90.0), "deg", "turns about the end effector allowed before a translation", -180.0, 180.0
     )
-    turn_step_deg: float = param(1.0, "deg", "largest angle between two samples of a turn's sweep", 0.1, 2.0)
     turn_deg_per_cell: float = param(10.0, "deg", "angle whose cost equals one cell of travel", 0.1, 1000.0)
     keep_gain: float = param(
         0.95, "", "a new plan replaces a valid remembered one below this share of its cost", 0.1, 1.0

@@ -246,7 +246,7 @@ class _Flood:
         self._view, self._start = view, start
         self._layout = view.space.layout
         count = len(view.space.headings)
-        self.reached: Dict[int, Board] = {h: 0 for h in range(count)}
+        self.reached: Dict[int, Board] = dict.fromkeys(range(count), 0)
         bit = 1 << self._layout.bit(start[0], start[1])
         self.reached[start[2]] = bit
         self._fronts: List[Dict[int, Board]] = [{start[2]: bit}]

@@ -201,9 +201,7 @@ class TaskQueue:
 
     def _drop_unreachable(self, travel: Travel) -> None:
         for name, task in self._tasks.items():
-            if task.robot and not math.isfinite(travel.distance(task.robot, task.goal)[0]):
-                self._tasks[name] = Task(task.goal)
-            elif task.status is TaskStatus.UNREACHABLE:
+            if (task.robot and not math.isfinite(travel.distance(task.robot, task.goal)[0])) or task.status is TaskStatus.UNREACHABLE:
                 self._tasks[name] = Task(task.goal)
 
     def _assign(self, travel: Travel) -> None:

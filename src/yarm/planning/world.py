@@ -93,10 +93,10 @@ class World:
         return (self.obstacles, tuple(robot.mask.cells.tobytes() for robot in self.robots))
 
 
-def turns_of(turns_deg: Sequence[float], step_deg: float = 1.0, deg_per_cell: float = 10.0) -> Turns:
+def turns_of(turns_deg: Sequence[float], deg_per_cell: float = 10.0) -> Turns:
     """Allowed turns from angles in degrees; no turn at all is always allowed."""
     angles = tuple(math.radians(angle) for angle in turns_deg if abs(angle) > math.degrees(SAME_HEADING_RAD))
-    return Turns(angles, math.radians(step_deg), math.radians(deg_per_cell))
+    return Turns(angles, math.radians(deg_per_cell))
 
 
 def roadmap_of(particles: IntArray) -> Roadmap:

@@ -33,7 +33,7 @@ class YarmPlanner:
             ParamError: a parameter is out of range.
         """
         self.params = build(PlannerParams, dataclasses.asdict(params or PlannerParams()))
-        self._turns = turns_of(self.params.turns_deg, self.params.turn_step_deg, self.params.turn_deg_per_cell)
+        self._turns = turns_of(self.params.turns_deg, self.params.turn_deg_per_cell)
         self._cache = ShapeCache()
         self.reset()
 
