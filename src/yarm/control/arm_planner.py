@@ -1,0 +1,125 @@
+"""Collision-free moves between two configurations of the arm: OMPL's RRTConnect, then shortcuts."""
+
+from __future__ import annotations
+
+from typing import List, Sequence
+
+import numpy as np
+import ompl.base as ob
+import ompl.geometric as og
+import ompl.util as ou
+
+from yarm.control.arm_collision import ArmCollision
+from yarm.control.arm_errors import ArmError
+from yarm.control.arm_model import JointLimits
+from yarm.geometry.grid import FloatArray
+
+STEP_RAD = 0.05
+SHORTCUTS = 80
+N_JOINTS = 6
+
+
+class ArmPlanner:
+    """Plans in joint space; the sequence of answers depends on the seed alone. Not thread-safe."""
+
+    def __init__(self, collision: ArmCollision, limits: JointLimits, margin_m: float, seed: int) -> None:
+        """Set up the space.
+
+        Args:
+            collision: what must not be touched.
+            limits: of the joints.
+            margin_m: distance kept to everything.
+            seed: of the random numbers; OMPL takes it once a process.
+        """
+        ou.setLogLevel(ou.LOG_WARN)
+        ou.RNG.setSeed(seed)
+        self._collision = collision
+        self._limits = limits
+        self._margin_m = margin_m
+        self._rng = np.random.default_rng(seed)
+        self._space = ob.RealVectorStateSpace(N_JOINTS)
+        bounds = ob.RealVectorBounds(N_JOINTS)
+        for joint in range(N_JOINTS):
+            bounds.setLow(joint, float(limits.lower[joint]))
+            bounds.setHigh(joint, float(limits.upper[joint]))
+        self._space.setBounds(bounds)
+
+    def plan(self, start: FloatArray, goal: FloatArray, time_limit_s: float) -> FloatArray:
+        """Corner points (n, 6), rad, of a path whose straight pieces are free.
+
+        Args:
+            start: joints (6,).
+            goal: joints (6,).
+            time_limit_s: wall time after which it gives up.
+
+        Raises:
+            ArmError: an end is not free or out of limits, or no path was found.
+        """
+        for name, q in (("start", start), ("goal", goal)):
+            self._check_end(name, q)
+        if self.straight_is_free(start, goal):
+            return np.array([start, goal])
+        setup = og.SimpleSetup(self._space)
+        setup.setStateValidityChecker(lambda state: self._free(np.array([state[i] for i in range(N_JOINTS)])))
+        setup.getSpaceInformation().setStateValidityCheckingResolution(STEP_RAD / self._space.getMaximumExtent())
+        setup.setStartAndGoalStates(self._state(start), self._state(goal))
+        setup.setPlanner(og.RRTConnect(setup.getSpaceInformation()))
+        if not setup.solve(time_limit_s) or not setup.haveExactSolutionPath():
+            raise ArmError(f"no path found in {time_limit_s:g} s from {_words(start)} to {_words(goal)} deg")
+        states = setup.getSolutionPath().getStates()
+        return self._shortened([np.array([state[i] for i in range(N_JOINTS)]) for state in states])
+
+    def straight_is_free(self, start: FloatArray, goal: FloatArray) -> bool:
+        """Whether every configuration of a straight piece is free."""
+        steps = max(int(np.ceil(np.max(np.abs(goal - start)) / STEP_RAD)), 1)
+        return all(self._free(start + (goal - start) * i / steps) for i in range(steps + 1))
+
+    def _free(self, q: FloatArray) -> bool:
+        return self._collision.free(q, self._margin_m)
+
+    def _check_end(self, name: str, q: FloatArray) -> None:
+        if not self._limits.contain(q):
+            raise ArmError(f"{name} {_words(q)} deg is out of the joints' limits")
+        clearance = self._collision.clearance(q, self._margin_m)
+        if clearance.distance_m < self._margin_m:
+            raise ArmError(
+                f"{name} {_words(q)} deg: {clearance.between} are {clearance.distance_m:.3f} m apart, "
+                f"{self._margin_m:g} m is kept"
+            )
+
+    def _state(self, q: FloatArray) -> "ob.State":
+        state = self._space.allocState()
+        for joint in range(N_JOINTS):
+            state[joint] = float(q[joint])
+        return state
+
+    def _shortened(self, corners: List[FloatArray]) -> FloatArray:
+        """Leave out corners, and cut between random points of the path, wherever the straight piece is free."""
+        for _ in range(SHORTCUTS):
+            if len(corners) < 3:
+                break
+            first, last = sorted(self._rng.uniform(0.0, len(corners) - 1.0, 2))
+            if int(last) == int(first):
+                continue
+            a, b = _between(corners, first), _between(corners, last)
+            if self.straight_is_free(a, b):
+                corners = [*corners[: int(first) + 1], a, b, *corners[int(last) + 1 :]]
+        return np.array(_distinct(corners))
+
+
+def _between(corners: Sequence[FloatArray], at: float) -> FloatArray:
+    index = min(int(at), len(corners) - 2)
+    point: FloatArray = corners[index] + (at - index) * (corners[index + 1] - corners[index])
+    return point
+
+
+def _distinct(corners: Sequence[FloatArray]) -> List[FloatArray]:
+    kept = [corners[0]]
+    for corner in corners[1:-1]:
+        if np.max(np.abs(corner - kept[-1])) > 1e-3:
+            kept.append(corner)
+    return [*kept, corners[-1]]
+
+
+def _words(q: FloatArray) -> str:
+    return "(" + ", ".join(f"{v:.0f}" for v in np.degrees(q)) + ")"
