@@ -30,3 +30,15 @@ install(TARGETS yarm_perception
   ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
   LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
 )
+
+if(CATKIN_ENABLE_TESTING)
+  # Synthetic camera sets with their truth; for tests and benchmarks.
+  add_library(yarm_scene_factory STATIC EXCLUDE_FROM_ALL test/support/cell_bodies.cpp test/support/scene_factory.cpp)
+  target_include_directories(yarm_scene_factory PUBLIC test/support)
+  target_compile_options(yarm_scene_factory PRIVATE -O3 -Wall -Wextra -Wpedantic)
+  target_link_libraries(yarm_scene_factory PUBLIC yarm_perception)
+
+  catkin_add_gtest(perception_merge_test test/cpp/perception_merge_test.cpp)
+  target_include_directories(perception_merge_test SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_link_libraries(perception_merge_test yarm_scene_factory ${PCL_LIBRARIES} gtest_main)
+endif()
