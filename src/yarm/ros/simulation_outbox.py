@@ -27,7 +27,7 @@ from yarm.msg import (
 from yarm.ros import names
 from yarm.ros.simulation_clouds import RawCloud, RawTransforms, quaternions_of
 from yarm.sim.bodies import Body
-from yarm.sim.cameras import KINECT, WRIST
+from yarm.sim.camera_model import KINECT, WRIST
 from yarm.sim.contacts import Contact as SimContact
 from yarm.sim.drive import CASTER_NAMES
 from yarm.sim.world import TICK_S, World
