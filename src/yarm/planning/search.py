@@ -234,6 +234,23 @@ def flood(view: View, start: Pose, wanted: Callable[[int], Board]) -> Optional[P
     return _Flood(view, start).run(wanted)
 
 
+def wander(view: View, start: Pose, choose: Callable[[Dict[int, Board]], Optional[Tuple[int, int]]]) -> Optional[Path]:
+    """Way through neighbouring cells to a pose chosen among all reachable ones.
+
+    Args:
+        view: the robot's configuration space.
+        start: present pose; taken as free.
+        choose: from the columns reachable at each heading, the heading and the bit of the pose wanted; None for none.
+
+    Returns:
+        poses one cell or one turn apart; None when none was chosen.
+    """
+    flooding = _Flood(view, start)
+    flooding.run(lambda h: 0)
+    chosen = choose(flooding.reached)
+    return None if chosen is None else flooding.way_to(chosen[1], chosen[0])
+
+
 def reachable(view: View, start: Pose) -> Dict[int, Board]:
     """Every column reachable at each heading."""
     flooding = _Flood(view, start)
@@ -266,7 +283,7 @@ class _Flood:
                     asked[h] = wanted(h)
                 if front & asked[h]:
                     hit = front & asked[h]
-                    return self._way((hit & -hit).bit_length() - 1, h)
+                    return self.way_to((hit & -hit).bit_length() - 1, h)
             self._fronts.append(self._next())
         return None
 
@@ -281,16 +298,17 @@ class _Flood:
             if front:
                 new[k] = new.get(k, 0) | front & ~self._view.turn_blocked(h, k)
         fresh = {}
-        for h, front in new.items():
-            front &= self._layout.field & ~self.reached[h]
+        for h, entered in new.items():
+            front = entered & self._layout.field & ~self.reached[h]
             if front:
                 fresh[h] = front
                 self.reached[h] |= front
         return fresh
 
-    def _way(self, bit: int, h: int) -> Path:
+    def way_to(self, bit: int, h: int) -> Path:
+        """Way to a pose that has been reached."""
         stride, border = self._layout.stride, self._layout.border
-        ring = len(self._fronts) - 1
+        ring = next(ring for ring, fronts in enumerate(self._fronts) if fronts.get(h, 0) >> bit & 1)
         poses: List[Pose] = []
         while True:
             poses.append((bit // stride - border, bit % stride - border, h))

@@ -88,10 +88,6 @@ class World:
         assert target is not None
         return target.column, None if target.heading is None else self.spaces[i].headings[target.heading]
 
-    def obstacles_key(self) -> Tuple[object, ...]:
-        """What identifies the map and the robots' cells."""
-        return (self.obstacles, tuple(robot.mask.cells.tobytes() for robot in self.robots))
-
 
 def turns_of(turns_deg: Sequence[float], deg_per_cell: float = 10.0) -> Turns:
     """Allowed turns from angles in degrees; no turn at all is always allowed."""

@@ -13,8 +13,9 @@ from yarm.geometry import BoolArray, IntArray
 from yarm.params import build
 from yarm.planning import request_check as check
 from yarm.planning.cspace import ShapeCache
-from yarm.planning.fleet import Fleet, Move, joint_moves
+from yarm.planning.fleet import Fleet, Move
 from yarm.planning.joint_plan import StepChoice, path_of, valid
+from yarm.planning.joint_search import JointSearch
 from yarm.planning.params import PlannerParams
 from yarm.planning.particles import cell_order, even_particles, narrow_columns
 from yarm.planning.replanning import Memory, waypoint
@@ -60,7 +61,7 @@ class YarmPlanner:
         plans = {**_faulty_plans(request), **_goal_plans(world, fleet)}
         open_robots = [i for i, robot in enumerate(world.robots) if world.targets[i] and robot.name not in plans]
         fleet.targets = tuple(t if i in open_robots else None for i, t in enumerate(fleet.targets))
-        moves, rounds = self._moves(world, fleet, open_robots)
+        moves, rounds = self._moves(world, fleet, open_robots, rng)
         plans.update(self._steps(world, fleet, open_robots, moves))
         status, reason = check.worst(plans)
         elapsed = 1e3 * (time.perf_counter() - began)
@@ -79,23 +80,27 @@ class YarmPlanner:
         particles = even_particles(self._order, self.params.particles, narrow, self.params.narrow_factor, nobody)
         return self._roadmaps.get(particles.tobytes(), lambda: roadmap_of(particles))
 
-    def _moves(self, world: World, fleet: Fleet, open_robots: Sequence[int]) -> Tuple[List[Move], int]:
+    def _moves(
+        self, world: World, fleet: Fleet, open_robots: Sequence[int], rng: np.random.Generator
+    ) -> Tuple[List[Move], int]:
         """Joint plan: the remembered one while it is free, unless a new one is clearly cheaper."""
         names = [robot.name for robot in world.robots]
         goals = {names[i]: world.goal_key(i) for i in open_robots}
         kept = self._memory.recall(fleet, names) if goals == self._memory.goals else None
         if kept is not None and not valid(fleet, kept):
             kept = None
-        seen = (goals, world.obstacles_key(), [names, [robot.yaw_rad for robot in world.robots]])
-        rounds = 0
-        if kept is None or self._last is None or seen != self._last:
-            order = sorted(open_robots, key=lambda i: (path_length(fleet, fleet.alone(i)), i))
-            fresh, rounds = joint_moves(fleet, order, self.params.iteration_limit)
-            if fresh is not None and (kept is None or fleet.cost(fresh) < self.params.keep_gain * fleet.cost(kept)):
+        order = sorted(open_robots, key=lambda i: (path_length(fleet, fleet.alone(i)), i))
+        search = JointSearch(fleet, order, self.params.iteration_limit)
+        seen = (goals, world.obstacles)
+        if kept is None:
+            kept = search.run(rng)
+        elif seen != self._last:
+            fresh = search.quick()
+            if fresh is not None and fleet.cost(fresh) < self.params.keep_gain * fleet.cost(kept):
                 kept = fresh
         self._last = seen
         self._memory.goals = goals
-        return kept if kept is not None else [], rounds
+        return kept if kept is not None else [], search.rounds
 
     def _steps(self, world: World, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]) -> Dict[str, RobotPlan]:
         choice = StepChoice(fleet, moves, self.params.least_step_cells)

@@ -1,0 +1,133 @@
+"""Robots that stand in the way step aside, and push on those that stand in theirs."""
+
+from __future__ import annotations
+
+from typing import Dict, FrozenSet, Iterable, List, Optional, Tuple
+
+import numpy as np
+
+from yarm.planning.bitboard import Board, Layers, bits_of, dilated, union
+from yarm.planning.cspace import View
+from yarm.planning.fleet import Fleet, Progress, free_path
+from yarm.planning.search import Path, Target, find_path, flood, merged, shortened, wander
+
+
+def push_through(
+    fleet: Fleet, state: Progress, i: int, target: Target, rng: Optional[np.random.Generator] = None
+) -> bool:
+    """Let a robot go to its target after those in its way have stepped aside.
+
+    Args:
+        fleet: spaces.
+        state: where everybody stands; extended when it works.
+        i: the robot.
+        target: where it goes.
+        rng: robots step aside to a random place instead of the nearest; None for the nearest.
+
+    Returns:
+        whether it worked.
+    """
+    everybody = range(len(fleet.spaces))
+    path = find_path(fleet.view(i, state.poses, everybody), fleet.roadmap, state.poses[i], target)
+    if path is None:
+        return False
+    trial = state.copy()
+    keep_free = _grown_sweep(fleet, i, path)
+    others = [j for j in everybody if j != i]
+    if not _all_step_aside(fleet, trial, others, keep_free, frozenset({i}), rng):
+        return False
+    if not free_path(fleet.view(i, trial.poses), path):
+        return False
+    trial.go(i, path)
+    state.poses, state.moves = trial.poses, trial.moves
+    return True
+
+
+def stroll(fleet: Fleet, state: Progress, i: int, rng: np.random.Generator) -> None:
+    """Move a robot to a random place that it can reach between the others."""
+    view = fleet.view(i, state.poses)
+    way = wander(view, state.poses[i], lambda reached: _random_pose(reached, rng))
+    if way is not None and len(way) > 1:
+        state.go(i, shortened(view, merged(way)))
+
+
+def _all_step_aside(
+    fleet: Fleet,
+    state: Progress,
+    robots: Iterable[int],
+    keep_free: Layers,
+    above: FrozenSet[int],
+    rng: Optional[np.random.Generator],
+) -> bool:
+    return all(
+        _stands_clear(fleet, state, j, keep_free) or _step_aside(fleet, state, j, keep_free, above, rng) for j in robots
+    )
+
+
+def _stands_clear(fleet: Fleet, state: Progress, j: int, keep_free: Layers) -> bool:
+    x, y, h = state.poses[j]
+    return not any(a & b for a, b in zip(fleet.spaces[j].shape(h).at((x, y)), keep_free))
+
+
+def _step_aside(
+    fleet: Fleet,
+    state: Progress,
+    j: int,
+    keep_free: Layers,
+    above: FrozenSet[int],
+    rng: Optional[np.random.Generator],
+) -> bool:
+    """Move a robot to a place clear of ``keep_free``, pushing others, but those above it, on when needed."""
+    view = fleet.view(j, state.poses)
+    path = _way_clear_of(view, state.poses[j], keep_free, rng)
+    if path is not None:
+        state.go(j, path)
+        return True
+    below = [k for k in range(len(fleet.spaces)) if k != j and k not in above]
+    path = _way_clear_of(fleet.view(j, state.poses, below), state.poses[j], keep_free, rng) if below else None
+    if path is None:
+        return False
+    free_too = union(keep_free, _grown_sweep(fleet, j, path))
+    if not _all_step_aside(fleet, state, below, free_too, above | {j}, rng):
+        return False
+    if not free_path(fleet.view(j, state.poses), path):
+        return False
+    state.go(j, path)
+    return True
+
+
+def _way_clear_of(
+    view: View, start: Tuple[int, int, int], keep_free: Layers, rng: Optional[np.random.Generator]
+) -> Optional[Path]:
+    """Way to the nearest, or a random, pose where the robot overlaps nothing of ``keep_free``."""
+    space = view.space
+    boards: Dict[int, Board] = {}
+
+    def clear(h: int) -> Board:
+        if h not in boards:
+            boards[h] = space.layout.field & ~space.shape(h).blocked_by(keep_free)
+        return boards[h]
+
+    if rng is None:
+        way = flood(view, start, clear)
+    else:
+        choice = rng
+        way = wander(view, start, lambda reached: _random_pose({h: b & clear(h) for h, b in reached.items()}, choice))
+    return None if way is None else shortened(view, merged(way))
+
+
+def _random_pose(reached: Dict[int, Board], rng: np.random.Generator) -> Optional[Tuple[int, int]]:
+    """Heading and bit of a pose, every pose as likely; None when there is none."""
+    counts: List[int] = [bin(board).count("1") for board in reached.values()]
+    if not sum(counts):
+        return None
+    index = int(rng.integers(sum(counts)))
+    for (h, board), count in zip(reached.items(), counts):
+        if index < count:
+            return h, bits_of(board)[index]
+        index -= count
+    return None
+
+
+def _grown_sweep(fleet: Fleet, i: int, path: Path) -> Layers:
+    return dilated(fleet.swept(i, path), fleet.spaces[i].layout.stride)
