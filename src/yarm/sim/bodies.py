@@ -104,6 +104,9 @@ def _set_friction(client: int, uid: int) -> None:
         for ending, friction in FRICTION.items():
             if names[index].endswith(ending):
                 pybullet.changeDynamics(uid, index, lateralFriction=friction, physicsClientId=client)
+        if names[index].endswith("wheel"):
+            # Without an anchor a standing robot whose casters are turned creeps round by up to 2 deg/s.
+            pybullet.changeDynamics(uid, index, frictionAnchor=1, physicsClientId=client)
 
 
 def load_box(client: int, size: Sequence[float], position: npt.ArrayLike, yaw_rad: float) -> int:
