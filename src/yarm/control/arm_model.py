@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Dict, Optional, Tuple
 
 import numpy as np
-import PyKDL as kdl
+import PyKDL
 import yaml
 
 from yarm.geometry.grid import FloatArray
@@ -80,10 +80,10 @@ class ArmKinematics:
         self._T_world_base = np.eye(4)
         self._T_world_base[:3, 3] = arm.base_xyz
         self._chains = {link: _chain(arm.model, link) for link in (TIP_LINK, CAMERA_LINK)}
-        self._forward = {link: kdl.ChainFkSolverPos_recursive(chain) for link, chain in self._chains.items()}
+        self._forward = {link: PyKDL.ChainFkSolverPos_recursive(chain) for link, chain in self._chains.items()}
         weights = np.array([[1.0], [1.0], [1.0], [0.3], [0.3], [0.3]])
-        self._inverse = kdl.ChainIkSolverPos_LMA(self._chains[TIP_LINK], weights, IK_TOLERANCE_M, IK_ITERATIONS)
-        self._jacobian = kdl.ChainJntToJacSolver(self._chains[TIP_LINK])
+        self._inverse = PyKDL.ChainIkSolverPos_LMA(self._chains[TIP_LINK], weights, IK_TOLERANCE_M, IK_ITERATIONS)
+        self._jacobian = PyKDL.ChainJntToJacSolver(self._chains[TIP_LINK])
 
     def tip(self, q: FloatArray) -> FloatArray:
         """Pose (4, 4) of the sander's tip."""
@@ -95,17 +95,18 @@ class ArmKinematics:
 
     def jacobian(self, q: FloatArray) -> FloatArray:
         """(6, 6): joint speeds to the tip's velocity (3, m/s) and angular velocity (3, rad/s), world axes."""
-        jacobian = kdl.Jacobian(6)
+        jacobian = PyKDL.Jacobian(6)
         self._jacobian.JntToJac(_joints(q), jacobian)
         return np.array([[jacobian[row, column] for column in range(6)] for row in range(6)])
 
     def solve(self, pose: FloatArray, guess: FloatArray) -> Optional[FloatArray]:
         """Joints (6,) within their limits at which the tip has a pose (4, 4), found from a guess; None without."""
         target = np.linalg.inv(self._T_world_base) @ pose
-        frame = kdl.Frame(
-            kdl.Rotation(*(float(v) for v in target[:3, :3].ravel())), kdl.Vector(*(float(v) for v in target[:3, 3]))
+        frame = PyKDL.Frame(
+            PyKDL.Rotation(*(float(v) for v in target[:3, :3].ravel())),
+            PyKDL.Vector(*(float(v) for v in target[:3, 3])),
         )
-        answer = kdl.JntArray(6)
+        answer = PyKDL.JntArray(6)
         if self._inverse.CartToJnt(_joints(guess), frame, answer) < 0:
             return None
         q = self._unwound(np.array([answer[i] for i in range(6)]), guess)
@@ -119,7 +120,7 @@ class ArmKinematics:
         return unwound
 
     def _pose(self, link: str, q: FloatArray) -> FloatArray:
-        frame = kdl.Frame()
+        frame = PyKDL.Frame()
         self._forward[link].JntToCart(_joints(q), frame)
         pose = np.eye(4)
         pose[:3, :3] = [[frame.M[row, column] for column in range(3)] for row in range(3)]
@@ -146,14 +147,14 @@ def tool_pose(point: FloatArray, normal: FloatArray, yaw_rad: float) -> FloatArr
     return pose
 
 
-def _joints(q: Sequence[float]) -> kdl.JntArray:
-    array = kdl.JntArray(6)
+def _joints(q: FloatArray) -> PyKDL.JntArray:
+    array = PyKDL.JntArray(6)
     for index, value in enumerate(q):
         array[index] = float(value)
     return array
 
 
-def _chain(model: UrdfModel, tip: str) -> kdl.Chain:
+def _chain(model: UrdfModel, tip: str) -> PyKDL.Chain:
     """Chain from the URDF's root to a link."""
     parents: Dict[str, Joint] = {joint.child: joint for joint in model.joints.values()}
     path = []
@@ -161,18 +162,18 @@ def _chain(model: UrdfModel, tip: str) -> kdl.Chain:
     while link in parents:
         path.append(parents[link])
         link = parents[link].parent
-    chain = kdl.Chain()
+    chain = PyKDL.Chain()
     for joint in reversed(path):
         offset = _frame(joint.T_parent_child)
         if joint.kind == "fixed":
-            chain.addSegment(kdl.Segment(joint.child, kdl.Joint(joint.name), offset))
+            chain.addSegment(PyKDL.Segment(joint.child, PyKDL.Joint(joint.name), offset))
         else:
-            axis = offset.M * kdl.Vector(*joint.axis)
-            moving = kdl.Joint(joint.name, offset.p, axis, kdl.Joint.RotAxis)
-            chain.addSegment(kdl.Segment(joint.child, moving, offset))
+            axis = offset.M * PyKDL.Vector(*joint.axis)
+            moving = PyKDL.Joint(joint.name, offset.p, axis, PyKDL.Joint.RotAxis)
+            chain.addSegment(PyKDL.Segment(joint.child, moving, offset))
     return chain
 
 
-def _frame(matrix: FloatArray) -> kdl.Frame:
+def _frame(matrix: FloatArray) -> PyKDL.Frame:
     values: Tuple[float, ...] = tuple(float(v) for v in matrix[:3, :3].ravel())
-    return kdl.Frame(kdl.Rotation(*values), kdl.Vector(*(float(v) for v in matrix[:3, 3])))
+    return PyKDL.Frame(PyKDL.Rotation(*values), PyKDL.Vector(*(float(v) for v in matrix[:3, 3])))

@@ -8,7 +8,7 @@ import numpy as np
 import ruckig
 import toppra
 import toppra.algorithm as ta
-import toppra.constraint as constraint
+from toppra import constraint
 
 from yarm.control.arm_errors import ArmError
 from yarm.control.arm_model import JointLimits
@@ -123,7 +123,9 @@ def along_path(
     return ArmMotion(times, values[:, :6], values[:, 6] + arc_m[0])
 
 
-def _ruckig_input(start: FloatArray, goal: FloatArray, speeds: FloatArray, acceleration: float) -> "ruckig.InputParameter":
+def _ruckig_input(
+    start: FloatArray, goal: FloatArray, speeds: FloatArray, acceleration: float
+) -> ruckig.InputParameter:
     wanted = ruckig.InputParameter(6)
     wanted.current_position, wanted.target_position = list(start), list(goal)
     wanted.max_velocity = list(speeds)

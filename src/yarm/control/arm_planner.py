@@ -87,7 +87,7 @@ class ArmPlanner:
                 f"{self._margin_m:g} m is kept"
             )
 
-    def _state(self, q: FloatArray) -> "ob.State":
+    def _state(self, q: FloatArray) -> ob.State:
         state = self._space.allocState()
         for joint in range(N_JOINTS):
             state[joint] = float(q[joint])

@@ -23,6 +23,7 @@ CASTER_POSITIONS_M: Tuple[Point, Point, Point, Point] = (
     (-HALF_WHEEL_BASE_M, -HALF_WHEEL_BASE_M),
 )
 BODY_CENTRE: Point = (0.0, 0.0)
+STEERING_ROOM_RAD = 0.3
 
 
 def turning_casters(centre: Point) -> Casters:
@@ -43,12 +44,16 @@ def turning_casters(centre: Point) -> Casters:
 def driving_casters(direction_rad: float, current: Sequence[float]) -> Tuple[Casters, float]:
     """All casters along a direction (body frame, rad) or against it, whichever is the shorter way from where they are.
 
+    Angles near +-180 deg are avoided, where re-steering would run into the casters' stops.
+
     Returns:
         caster angles and the sign, +1 or -1, of the drive speed that then moves the body along the direction.
     """
     ahead = full_turn(direction_rad)
     back = full_turn(direction_rad + math.pi)
     forward = max(abs(ahead - angle) for angle in current) <= max(abs(back - angle) for angle in current) + 1e-9
+    if max(abs(ahead), abs(back)) > math.pi - STEERING_ROOM_RAD:
+        forward = abs(ahead) < abs(back)
     angle, sign = (ahead, 1.0) if forward else (back, -1.0)
     return (angle, angle, angle, angle), sign
 

@@ -36,9 +36,7 @@ class RasterPlan:
 
     def point_at(self, arc_m: float) -> Tuple[FloatArray, FloatArray]:
         """Point (3,) and normal (3,) at a way from the start, metres."""
-        for stroke in self.raster.strokes:
-            if arc_m <= stroke.arc_m[-1] + 1e-9:
-                break
+        stroke = next((s for s in self.raster.strokes if arc_m <= s.arc_m[-1] + 1e-9), self.raster.strokes[-1])
         point = np.array([np.interp(arc_m, stroke.arc_m, column) for column in stroke.points.T])
         normal = np.array([np.interp(arc_m, stroke.arc_m, column) for column in stroke.normals.T])
         return point, normal / np.linalg.norm(normal)
@@ -97,11 +95,11 @@ class SanderPlanner:
 
     def stroke_from(self, plan: RasterPlan, arc_m: float) -> ArmMotion:
         """Sanding from a way along the raster to the end of the stroke it lies in, from rest to rest."""
-        for stroke, joints in zip(plan.raster.strokes, plan.joints):
-            if arc_m < stroke.arc_m[-1] - 1e-4:
-                break
-        else:
+        pieces = zip(plan.raster.strokes, plan.joints)
+        found = next(((s, q) for s, q in pieces if arc_m < s.arc_m[-1] - 1e-4), None)
+        if found is None:
             raise ArmError(f"the raster ends at {plan.raster.length_m:.3f} m, before {arc_m:.3f} m")
+        stroke, joints = found
         first = np.array([np.interp(arc_m, stroke.arc_m, column) for column in joints.T])
         later = stroke.arc_m > arc_m + 1e-4
         return along_path(

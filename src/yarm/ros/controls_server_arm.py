@@ -114,9 +114,11 @@ class ArmUnit(RobotUnit):
             self._ack.unregister()
 
     def _press(self, button: Button) -> None:
-        joy = Joy(axes=[0.0] * JOY_AXES, buttons=[int(b is button) for b in Button])
-        joy.header.stamp = rospy.Time.now()
-        self._outbox.send(self._joy, joy)
+        """Press and let go."""
+        for pressed in (1, 0):
+            joy = Joy(axes=[0.0] * JOY_AXES, buttons=[pressed * int(b is button) for b in Button])
+            joy.header.stamp = rospy.Time.now()
+            self._outbox.send(self._joy, joy)
 
     def _on_status(self, message: SanderStatus) -> None:
         self._report = SanderReport(

@@ -105,4 +105,5 @@ class RobotUnit(ABC):
         return 0
 
     def acknowledge(self, stamp_s: float) -> None:
-        """Lock-step: the tick is done; tell whoever else waits for this robot's commands."""
+        """Lock-step: the tick is done; tell whoever else waits for this robot's commands (nobody, usually)."""
+        del stamp_s

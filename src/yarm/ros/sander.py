@@ -1,0 +1,274 @@
+"""Node ``hc10_state_machine``: joystick and switch in, joint trajectories out (see ``yarm.control.sander_machine``).
+
+Event-driven: each reading of the arm's joints is one tick, worked on by one thread; planning runs on another, but in
+lock-step on the spot.
+"""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point
+from sensor_msgs.msg import JointState, Joy
+from std_msgs.msg import Float32, Int8
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from visualization_msgs.msg import Marker
+
+from yarm.control.arm_model import ArmKinematics, load_arm
+from yarm.control.arm_motion import ArmMotion
+from yarm.control.sander_machine import ArmInputs, DoneJob, SanderMachine
+from yarm.control.sander_planner import RasterPlan, SanderPlanner
+from yarm.control.sander_states import Button, SanderReport, SanderState
+from yarm.geometry.grid import FloatArray
+from yarm.msg import SanderStatus, StepAck
+from yarm.ros import names
+from yarm.ros.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.controls_server_robots import Outbox
+from yarm.ros.params import load_params
+from yarm.ros.sander_params import SanderNodeParams
+from yarm.ros.sander_scan import ScanCollector
+
+WATCH_PERIOD_S = 0.5
+PROGRESS_PERIOD_S = 0.1
+SCAN_STATES = (SanderState.SCANNING,)
+Axes = Tuple[float, float, float, float]
+
+
+class SanderNode:
+    """Ties topics to the machine."""
+
+    def __init__(self, params: SanderNodeParams) -> None:
+        """Subscribe and advertise; work begins with ``spin``."""
+        self._params = params
+        arm = load_arm()
+        self._joint_names = [joint.name for joint in arm.model.moving_joints]
+        self._condition = threading.Condition()
+        self._woken = False
+        self._joints: Optional[JointState] = None
+        self._presses: List[Button] = []
+        self._switches: List[bool] = []
+        self._axes: Optional[Axes] = None
+        self._buttons: Sequence[int] = (0,) * len(Button)
+        self._received = 0
+        self._ack_after: Optional[StepAck] = None
+        self._last_s = -np.inf
+        self._was_scanning = False
+        self._reported: Tuple[Optional[SanderReport], float] = (None, -np.inf)
+        self._progress_s = -np.inf
+        self._plan_shown: Optional[RasterPlan] = None
+        self._scan = ScanCollector(params, ArmKinematics(arm), self._wake)
+        workers = ThreadPoolExecutor(max_workers=1)
+        run_job = DoneJob if params.sync else workers.submit
+        self._machine = SanderMachine(SanderPlanner(arm, params), params, run_job, self._scan.points)
+        self._advertise()
+        self._subscribe()
+
+    def spin(self) -> None:
+        """Work until the node is shut down."""
+        while not rospy.is_shutdown():
+            with self._condition:
+                self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
+                self._woken = False
+                joints = self._joints
+            if joints is not None and self._ready(joints.header.stamp.to_sec()):
+                with self._condition:
+                    if self._joints is joints:
+                        self._joints = None
+                self._tick(joints)
+
+    def _advertise(self) -> None:
+        arm = self._params.arm
+        self._outbox = Outbox()
+        self._path = self._outbox.publisher(names.joint_path_command(arm), JointTrajectory)
+        self._state = rospy.Publisher(names.sander_state(arm), Int8, queue_size=10, latch=True)
+        self._status = rospy.Publisher(names.sander_status(arm), SanderStatus, queue_size=20, tcp_nodelay=True)
+        self._marker = rospy.Publisher(names.sander_raster(arm), Marker, queue_size=1, latch=True)
+        self._progress = rospy.Publisher(names.sander_progress(arm), Float32, queue_size=10)
+        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._state.publish(Int8(int(SanderState.STORAGE)))
+
+    def _subscribe(self) -> None:
+        arm = self._params.arm
+        self._clock = ClockWatch()
+        self._clock.on_reset(self._wake)
+        self._subscribers = [
+            rospy.Subscriber(names.joint_states(arm), JointState, self._on_joints, queue_size=5, tcp_nodelay=True),
+            rospy.Subscriber(names.sander_joy(arm), Joy, self._on_joy, queue_size=50, tcp_nodelay=True),
+            rospy.Subscriber(names.motion_start_stop(arm), Int8, self._on_switch, queue_size=50, tcp_nodelay=True),
+        ]
+        if self._params.sync and self._params.sync_after:
+            ack = names.sander_command_ack(arm)
+            self._subscribers.append(rospy.Subscriber(ack, StepAck, self._on_ack, queue_size=50, tcp_nodelay=True))
+
+    # Callbacks: store and wake.
+
+    def _wake(self) -> None:
+        with self._condition:
+            self._woken = True
+            self._condition.notify()
+
+    def _on_joints(self, message: JointState) -> None:
+        with self._condition:
+            self._joints = message
+        self._wake()
+
+    def _on_joy(self, message: Joy) -> None:
+        buttons = tuple(message.buttons) + (0,) * len(Button)
+        axes = tuple(message.axes) + (0.0,) * 4
+        with self._condition:
+            self._presses += [b for b in Button if buttons[b] and not self._buttons[b]]
+            self._buttons = buttons
+            self._axes = (axes[0], axes[1], axes[2], axes[3])
+            self._received += 1
+        self._wake()
+
+    def _on_switch(self, message: Int8) -> None:
+        with self._condition:
+            self._switches.append(message.data != 0)
+            self._received += 1
+        self._wake()
+
+    def _on_ack(self, message: StepAck) -> None:
+        self._ack_after = message
+        self._wake()
+
+    # The tick.
+
+    def _ready(self, stamp_s: float) -> bool:
+        """Lock-step: the controls server has done the tick and its presses and switches have come."""
+        if not self._params.sync:
+            return True
+        if not self._scan.complete(stamp_s):
+            return False
+        if not self._params.sync_after:
+            return True
+        ack = self._ack_after
+        return ack is not None and ack.header.stamp.to_sec() >= stamp_s - 1e-4 and self._received >= ack.commands_sent
+
+    def _tick(self, joints: JointState) -> None:
+        stamp_s = joints.header.stamp.to_sec()
+        if stamp_s < self._last_s - JUMP_BACK_S:
+            self._start_afresh()
+        self._last_s = stamp_s
+        q = self._ordered(joints)
+        if q is None:
+            return
+        with self._condition:
+            presses, self._presses = self._presses, []
+            switches, self._switches = self._switches, []
+            axes, self._axes = self._axes, None
+        for motion in self._machine.step(ArmInputs(q, stamp_s, presses, axes, switches)):
+            self._outbox.send(self._path, self._trajectory(motion, joints.header.stamp))
+        scanning = self._machine.scanning
+        self._scan.step(stamp_s, q, scanning, scanning and not self._was_scanning)
+        self._was_scanning = scanning
+        self._scan.listen(self._machine.state in SCAN_STATES)
+        self._report(joints.header.stamp)
+        if self._params.sync:
+            ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=self._outbox.sent)
+            ack.header.stamp = joints.header.stamp
+            self._ack.publish(ack)
+
+    def _ordered(self, joints: JointState) -> Optional[FloatArray]:
+        angles = dict(zip(joints.name, joints.position))
+        missing = [name for name in self._joint_names if name not in angles]
+        if missing:
+            rospy.logerr_throttle(10.0, f"{names.joint_states(self._params.arm)} lacks {', '.join(missing)}")
+            return None
+        return np.array([angles[name] for name in self._joint_names])
+
+    def _start_afresh(self) -> None:
+        """Simulated time went backwards: the arm is in storage again."""
+        rospy.logwarn("simulated time went backwards: the sander starts in storage again")
+        self._machine.reset()
+        self._scan.reset()
+        with self._condition:
+            self._presses, self._switches, self._axes = [], [], None
+            self._received = 0
+            self._ack_after = None
+        self._outbox.sent = 0
+        self._reported, self._progress_s = (None, -np.inf), -np.inf
+
+    def _trajectory(self, motion: ArmMotion, stamp: rospy.Time) -> JointTrajectory:
+        message = JointTrajectory(joint_names=self._joint_names)
+        message.header.stamp = stamp
+        first = 1 if len(motion.times_s) > 1 else 0
+        message.points = [
+            JointTrajectoryPoint(positions=q.tolist(), time_from_start=rospy.Duration.from_sec(float(time)))
+            for time, q in zip(motion.times_s[first:], motion.positions[first:])
+        ]
+        return message
+
+    # Reports.
+
+    def _report(self, stamp: rospy.Time) -> None:
+        report, now_s = self._machine.report, stamp.to_sec()
+        last, last_s = self._reported
+        changed = last is None or _essence(last) != _essence(report)
+        if changed or self._params.sync or now_s - last_s >= 1.0 / self._params.status_hz:
+            self._reported = (report, now_s)
+            self._status.publish(_status(report, stamp))
+        if last is None or last.state is not report.state:
+            self._state.publish(Int8(int(report.state)))
+            rospy.loginfo("%s: state %d, %s", self._params.arm, report.state, report.state.words)
+        if report.reason and (last is None or last.reason != report.reason):
+            rospy.logwarn("%s: %s", self._params.arm, report.reason)
+        if report.state is SanderState.SCAN_TO_PATH and now_s - self._progress_s >= PROGRESS_PERIOD_S:
+            self._progress_s = now_s
+            self._progress.publish(Float32(report.progress))
+        if self._machine.plan is not self._plan_shown:
+            self._plan_shown = self._machine.plan
+            self._marker.publish(_marker(self._plan_shown, stamp))
+
+
+def _essence(report: SanderReport) -> Tuple[object, ...]:
+    """What is told at once when it changes; the progress is not."""
+    return (
+        report.state,
+        report.enabled,
+        report.moving,
+        report.lifted,
+        report.reason,
+        report.presses,
+        report.switches,
+    )
+
+
+def _status(report: SanderReport, stamp: rospy.Time) -> SanderStatus:
+    message = SanderStatus(
+        state=int(report.state),
+        state_name=report.state.words,
+        enabled=report.enabled,
+        moving=report.moving,
+        lifted=report.lifted,
+        progress=report.progress,
+        reason=report.reason,
+        presses=report.presses,
+        switches=report.switches,
+    )
+    message.header.stamp = stamp
+    return message
+
+
+def _marker(plan: Optional[RasterPlan], stamp: rospy.Time) -> Marker:
+    """The passes as a line; without a plan the line is deleted."""
+    marker = Marker(ns="raster", id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
+    marker.header.frame_id, marker.header.stamp = names.WORLD_FRAME, stamp
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = 0.006
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = 1.0, 0.6, 0.0, 1.0
+    if plan is None:
+        marker.action = Marker.DELETE
+    else:
+        marker.points = [Point(*point) for point in plan.raster.polyline.tolist()]
+    return marker
+
+
+def main() -> None:
+    """Run the node until it is shut down."""
+    rospy.init_node("hc10_state_machine")
+    SanderNode(load_params(SanderNodeParams)).spin()
