@@ -5,6 +5,7 @@
 #include "unknown_tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <unordered_map>
 
@@ -17,6 +18,11 @@ constexpr float kSnap = 0.005F;           // how far off a known surface an expl
 constexpr float kDebrisReach = 0.13F;     // a loose thing of unknown shape reaches this far from its seed, metres
 constexpr float kRiseSigmas = 1.5F;       // points this far above a surface near such a seed are the loose thing's
 constexpr float kRise = 0.012F;           // and at least this far, metres
+
+constexpr float kFloorSigmas = 5.5F;      // what no body explains is the floor's up to this many sigmas of its noise
+
+/// True for a point that the floor's noise may have lifted.
+bool isFloorNoise(const MergedPoint& p) { return p.z < kFloorSigmas * p.sigma * std::abs(p.uz); }
 
 Eigen::Vector3f positionOf(const MergedPoint& p) { return {p.x, p.y, p.z}; }
 
@@ -154,7 +160,7 @@ class YarmAssociator : public Associator {
     rest_.clear();
     rest_points_.clear();
     for (std::size_t i = 0; i < points_->size(); ++i) {
-      if (owner_[i] == kNobody) {
+      if (owner_[i] == kNobody && !isFloorNoise((*points_)[i])) {
         rest_.push_back(static_cast<std::uint32_t>(i));
         rest_points_.push_back(positionOf((*points_)[i]));
       }

@@ -28,7 +28,7 @@ struct MergeParams {
   std::array<double, 3> box_min{-2.5, -2.5, 0.01};   ///< lower limits of the box (inclusive), metres, world
   std::array<double, 3> box_max{2.5, 2.5, 1.3};      ///< upper limits of the box (inclusive), metres, world
   NoiseModel noise;                                  ///< of the cameras
-  double floor_sigmas{4.5};   ///< a point must be above z = 0 by this many sigmas of its vertical noise; 0 = plain box
+  double floor_sigmas{4.0};   ///< a point must be above z = 0 by this many sigmas of its vertical noise; 0 = plain box
   double absurd_limit{100.0}; ///< a coordinate beyond this (or infinite) makes the whole cloud absurd, metres
 };
 
