@@ -50,6 +50,7 @@ class Ankurbot:
         self._casters = [names.index(f"{caster}_caster") for caster in CASTER_NAMES]
         self._wheels = [names.index(f"{caster}_wheel") for caster in CASTER_NAMES]
         self._T_base_ee = model.rigid_group("ee")[1]
+        self.reach_m = float(self._T_base_ee[0, 3])
         self.body = _mobile_body(name, self.uid, model)
         self._set_points = np.zeros(4)
         self._drive = (0.0, 0.0)
@@ -206,7 +207,9 @@ class Arm:
         names = link_names(client, self.uid)
         joints = self._model.moving_joints
         self.joint_names = tuple(joint.name for joint in joints)
+        self._names = names
         self._links = [names.index(joint.child) for joint in joints]
+        self.tip_link = names.index("sander_tip")
         self._link_names = [joint.child for joint in joints]
         self._efforts = [joint.effort for joint in joints]
         self.limits = JointLimits(
@@ -216,9 +219,24 @@ class Arm:
         self._T_world_base = transform_matrix(mount.base_xyz, (0.0, 0.0, 0.0, 1.0))
         self._tools = [(tool, *self._model.rigid_group(tool)) for tool in TOOL_FRAMES]
         self.body = _arm_body(name, self.uid, self._model, self._T_world_base)
-        for index, angle in zip(self._links, mount.storage):
-            pybullet.resetJointState(self.uid, index, angle, physicsClientId=client)
+        self.place(mount.storage)
         self._motors()
+
+    def place(self, joints: Sequence[float]) -> None:
+        """Put the joints, rad, there at once: for the start and for checks, not for motion."""
+        for index, angle in zip(self._links, joints):
+            pybullet.resetJointState(self.uid, index, angle, physicsClientId=self._client)
+
+    def link_name(self, index: int) -> str:
+        """Name of a PyBullet link."""
+        return self._names[index]
+
+    def chain(self) -> List[Tuple[int, int]]:
+        """PyBullet's index of each link with a body, and how many moving joints it is from the base."""
+        order = ["base_link", *self._link_names]
+        bodies = dict.fromkeys(solid.link for solid in self._model.solids)
+        index = {name: i if i < len(self._names) - 1 else -1 for i, name in enumerate(self._names)}
+        return [(index[link], order.index(self._model.rigid_group(link)[0])) for link in bodies]
 
     def follow(self, names: Sequence[str], positions: Sequence[Sequence[float]], times_s: Sequence[float]) -> List[str]:
         """Take a trajectory; joints may come in any order (see JointPath.follow).

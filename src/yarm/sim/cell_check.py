@@ -1,0 +1,228 @@
+"""Can this scene be done at all? Each check says what holds, or what does not and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+import pybullet
+
+from yarm.geometry import BoolArray, FloatArray, GridSpec, quaternion_from_rpy, transform_points
+from yarm.sim.bodies import Body, set_root_pose
+from yarm.sim.reachability import (
+    ConfigurationSpace,
+    RobotShape,
+    compatible,
+    configurations_at,
+    heading_angles,
+    nearest_heading,
+    pairs,
+    solid_points,
+)
+from yarm.sim.robots import Ankurbot, Arm
+from yarm.sim.scene import Scene, ThingSpec
+from yarm.sim.things import SpawnError
+from yarm.sim.world import World
+
+HOVER_TIP_M = 1.15
+HOVER_CLEARANCE_M = 0.05
+PART_XY_M = tuple((x, y) for x in (-0.42, -0.25, -0.08) for y in (-0.27, 0.0, 0.27))
+LINK_CLEARANCE_M = 0.05
+NEIGHBOURS = 2
+"""Links this near along the chain (joints apart) touch by construction."""
+
+Configuration = Tuple[int, Tuple[int, int]]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One check: whether it holds, and a sentence."""
+
+    holds: bool
+    text: str
+
+
+@dataclass(frozen=True)
+class GoalPoint:
+    """A place an end effector must get to: a goal's name (with what happened to it) and x, y, metres, world."""
+
+    name: str
+    x: float
+    y: float
+
+
+def check_scene(scene: Scene) -> List[Finding]:
+    """Every check of a scene."""
+    try:
+        world = World(scene)
+    except SpawnError as error:
+        return [Finding(False, str(error))]
+    with world:
+        return _Checker(world).findings()
+
+
+def goal_points(scene: Scene) -> List[GoalPoint]:
+    """Debris and targets, also those that events spawn, and where pushes take them."""
+    spawned = [event.spawn for event in scene.events if event.spawn is not None]
+    things = {t.name: t for t in (*scene.things, *spawned) if t.kind in ("Debris", "Target")}
+    points = [GoalPoint(thing.name, thing.x, thing.y) for thing in things.values()]
+    for event in scene.events:
+        thing: Optional[ThingSpec] = things.get(event.push)
+        if thing is not None:
+            points.append(GoalPoint(f"{thing.name} (after: {event.name})", thing.x + event.dx_m, thing.y + event.dy_m))
+    return points
+
+
+class _Checker:
+    """The checks of one world at its start."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._spec = GridSpec()
+        self._goals = goal_points(world.scene)
+        self._options: Dict[str, List[Configuration]] = {}
+        self._shape: Optional[RobotShape] = None
+
+    def findings(self) -> List[Finding]:
+        found = self._starts()
+        if self._world.robots:
+            found += self._reach()
+            found += self._pairs()
+        for arm in self._world.arms.values():
+            found.append(self._storage(arm))
+            if self._world.robots and self._goals:
+                found += self._hover(arm)
+        return found
+
+    def _points(self, body: Body) -> FloatArray:
+        transforms = self._world.transforms()
+        return solid_points((item, transforms[item.frame] @ item.T_frame_solid) for item in body.solids)
+
+    def _starts(self) -> List[Finding]:
+        found = [Finding(True, f"{len(self._world.bodies)} objects, none overlapping")]
+        self._world.tick()
+        for contact in self._world.failures():
+            found.append(Finding(False, f"{contact.a.body} touches {contact.b.body} at the start"))
+        for name, robot in self._world.robots.items():
+            points = self._points(robot.body)[:, :2]
+            inside = bool(np.all(points >= self._spec.lower[:2]) and np.all(points < self._spec.upper[:2]))
+            low, high = points.min(axis=0), points.max(axis=0)
+            where = f"x {low[0]:.2f} to {high[0]:.2f}, y {low[1]:.2f} to {high[1]:.2f}"
+            found.append(Finding(inside, f"{name} starts {'inside' if inside else 'outside'} the volume: {where}"))
+        return found
+
+    def _reach(self) -> List[Finding]:
+        transforms = self._world.transforms()
+        first = next(iter(self._world.robots.values()))
+        to_ee = np.linalg.inv(transforms[first.body.seed_frame])
+        points = transform_points(to_ee, self._points(first.body))
+        points[:, 2] += transforms[first.body.seed_frame][2, 3]
+        self._shape = RobotShape.from_points(points, self._spec)
+        fixed = [self._points(b) for b in self._world.bodies.values() if b.kind in ("Obstacle", "Manipulator")]
+        space = ConfigurationSpace(self._shape, np.concatenate([np.zeros((0, 3)), *fixed]), self._spec)
+        reached: Dict[str, BoolArray] = {}
+        found = []
+        for robot in self._world.scene.robots:
+            column = self._spec.column_of(transforms[f"{robot.name}/ee"][:3, 3])
+            reached[robot.name] = space.reachable(column, nearest_heading(robot.heading_rad))
+            if not reached[robot.name].any():
+                found.append(Finding(False, f"{robot.name} cannot move: something is within one cell of its start"))
+        return found + [self._reach_goal(goal, reached) for goal in self._goals]
+
+    def _reach_goal(self, goal: GoalPoint, reached: Dict[str, BoolArray]) -> Finding:
+        column = self._spec.column_of((goal.x, goal.y))
+        by = {name: configurations_at(cells, column) for name, cells in reached.items()}
+        able = {name: options for name, options in by.items() if options}
+        self._options[goal.name] = sorted({option for options in able.values() for option in options})
+        if not able:
+            return Finding(False, f"{goal.name}: no robot can get to column {column} at any heading with the margin")
+        degrees = [round(math.degrees(heading_angles()[heading])) for heading, _ in self._options[goal.name]]
+        return Finding(True, f"{goal.name}: {', '.join(able)} can reach it, headings {degrees} deg")
+
+    def _pairs(self) -> List[Finding]:
+        found = []
+        if len(self._world.robots) < 2 or self._shape is None:
+            return found
+        for one, other in pairs(goal.name for goal in self._goals):
+            if one.split(" ")[0] == other.split(" ")[0] or not (self._options[one] and self._options[other]):
+                continue
+            good = compatible(self._shape, self._spec, self._options[one], self._options[other])
+            text = "can be held together" if good else "cannot be held together at any headings with the margin"
+            found.append(Finding(good, f"{one} and {other} {text}"))
+        return found
+
+    def _storage(self, arm: Arm) -> Finding:
+        distance, pair = link_clearance(self._world.client, arm)
+        text = f"{arm.body.name} in storage: nearest links {pair}, {distance:.3f} m apart"
+        return Finding(distance >= LINK_CLEARANCE_M, f"{text} (at least {LINK_CLEARANCE_M} m)")
+
+    def _hover(self, arm: Arm) -> List[Finding]:
+        """With the tool up at hover anywhere over the part, a robot can stand at each goal on the part."""
+        poses = [(xy, hover_joints(self._world.client, arm, *xy)) for xy in PART_XY_M]
+        lost = [xy for xy, joints in poses if joints is None]
+        if lost:
+            return [Finding(False, f"{arm.body.name} cannot hover at z {HOVER_TIP_M} over {lost}")]
+        joints = [angles for _, angles in poses if angles is not None]
+        return [self._hover_over(arm, goal, joints) for goal in self._goals]
+
+    def _hover_over(self, arm: Arm, goal: GoalPoint, hovers: List[List[float]]) -> Finding:
+        robot = next(iter(self._world.robots.values()))
+        best, best_degrees = -1.0, 0
+        for heading, _ in self._options[goal.name]:
+            least = self._clearance_at(arm, robot, goal, float(heading_angles()[heading]), hovers)
+            if least > best:
+                best, best_degrees = least, round(math.degrees(heading_angles()[heading]))
+        text = f"{goal.name}: robot at {best_degrees} deg stays {best:.2f} m clear of the hovering {arm.body.name}"
+        return Finding(best >= HOVER_CLEARANCE_M, f"{text} (at least {HOVER_CLEARANCE_M} m)")
+
+    def _clearance_at(
+        self, arm: Arm, robot: Ankurbot, goal: GoalPoint, yaw_rad: float, hovers: List[List[float]]
+    ) -> float:
+        client = self._world.client
+        x, y = goal.x - robot.reach_m * math.cos(yaw_rad), goal.y - robot.reach_m * math.sin(yaw_rad)
+        set_root_pose(client, robot.uid, (x, y, 0.0), yaw_rad)
+        least = 1.0
+        for joints in hovers:
+            arm.place(joints)
+            for point in pybullet.getClosestPoints(arm.uid, robot.uid, 1.0, physicsClientId=client):
+                least = min(least, point[8])
+        return least
+
+
+def hover_joints(client: int, arm: Arm, x: float, y: float, tries: int = 12) -> Optional[List[float]]:
+    """Joints, rad, with the sander's tip at (x, y, HOVER_TIP_M) pointing down, within limits; None when not found."""
+    down = quaternion_from_rpy(math.pi, 0.0, 0.0).tolist()
+    generator = np.random.default_rng(0)
+    for attempt in range(tries):
+        seed = [math.atan2(y, x + 1.1), 0.5, 1.6, 0.0, 0.5, 0.0] if attempt == 0 else None
+        arm.place(seed or generator.uniform([-1.0, -0.5, 0.6, -1.0, -2.0, -3.0], [1.0, 1.5, 2.6, 1.0, 2.0, 3.0]).tolist())
+        for _ in range(4):
+            joints = pybullet.calculateInverseKinematics(
+                arm.uid, arm.tip_link, [x, y, HOVER_TIP_M], down, maxNumIterations=100, physicsClientId=client
+            )
+            arm.place(list(joints))
+        tip = arm.transforms()[f"{arm.body.name}/sander_tip"]
+        near = np.linalg.norm(tip[:3, 3] - (x, y, HOVER_TIP_M)) < 0.005 and tip[2, 2] < -0.999
+        limits = arm.limits
+        if near and np.all(np.asarray(joints) >= limits.lower) and np.all(np.asarray(joints) <= limits.upper):
+            return list(joints)
+    return None
+
+
+def link_clearance(client: int, arm: Arm) -> Tuple[float, str]:
+    """Least distance, metres, between two links of an arm that are not neighbours, and which they are."""
+    least, pair = math.inf, ""
+    links = arm.chain()
+    for i, (one, depth_one) in enumerate(links):
+        for other, depth_other in links[i + 1 :]:
+            if abs(depth_one - depth_other) < NEIGHBOURS or {depth_one, depth_other} == {0, 2}:
+                continue
+            points = pybullet.getClosestPoints(
+                arm.uid, arm.uid, 1.0, linkIndexA=one, linkIndexB=other, physicsClientId=client
+            )
+            for point in points:
+                if point[8] < least:
+                    least, pair = point[8], f"{arm.link_name(one)} and {arm.link_name(other)}"
+    return least, pair
