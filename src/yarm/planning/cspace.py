@@ -31,6 +31,8 @@ Pose = Tuple[int, int, int]
 """Column x, y of the end effector and index of the heading."""
 
 SAME_HEADING_RAD = math.radians(0.5)
+_RIGHT_ANGLE = 0.5 * math.pi
+_SAME_ANGLE_RAD = 1e-6
 _HALF_TURN_RAD = math.radians(179.0)
 
 
@@ -137,8 +139,15 @@ class RobotSpace:
         return self._turned(first, wrap_angle(self.headings[k] - self.headings[h]))
 
     def _turned(self, first: float, angle: float) -> Shape:
-        key = ("shape", self._key, round(first, 6), round(angle, 6))
-        return self._cache.get(key, lambda: self.shape0.turned(first, angle, self._resolution))
+        if angle < 0.0:
+            first, angle = first + angle, -angle
+        quarter = round(first / _RIGHT_ANGLE)
+        if abs(first - quarter * _RIGHT_ANGLE) > _SAME_ANGLE_RAD or self._resolution[0] != self._resolution[1]:
+            quarter = 0
+        rest = 0.0 if abs(first - quarter * _RIGHT_ANGLE) <= _SAME_ANGLE_RAD else first
+        key = ("shape", self._key, round(rest, 6), round(angle, 6))
+        base = self._cache.get(key, lambda: self.shape0.turned(rest, angle, self._resolution))
+        return self._cache.get((key, quarter % 4), lambda: base.quarters(quarter)) if quarter % 4 else base
 
     def turn_angle(self, h: int, k: int) -> Optional[float]:
         """Angle of the turn between two headings, rad; None when it is not an allowed one."""
@@ -234,6 +243,7 @@ class View:
             near: further obstacles, the margin already added.
         """
         self.space = space
+        self._border, self._stride = space.layout.border, space.layout.stride
         self._others = others
         self._near = near
         self._blocked: Dict[int, Board] = {}
@@ -279,10 +289,12 @@ class View:
 
     def line(self, ax: int, ay: int, bx: int, by: int, h: int) -> bool:
         """Whether the robot can go straight between two columns of the grid at a heading."""
-        layout = self.space.layout
-        stride = layout.stride
-        low = layout.bit(ax if ax < bx else bx, ay if ay < by else by)
-        return not (self.blocked(h) >> low) & band(bx - ax, by - ay, stride)
+        border, stride = self._border, self._stride
+        low = ((ax if ax < bx else bx) + border) * stride + (ay if ay < by else by) + border
+        blocked = self._blocked.get(h)
+        if blocked is None:
+            blocked = self.blocked(h)
+        return not (blocked >> low) & band(bx - ax, by - ay, stride)
 
     def move(self, a: Pose, b: Pose) -> bool:
         """Whether a move is free: the turn at the first pose, then the straight way at the second one's heading."""

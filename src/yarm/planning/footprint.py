@@ -128,15 +128,18 @@ class Shape:
             angle_rad: angle turned from there; 0 for the shape at the first angle alone.
             resolution: size of a cell, m.
         """
-        quarter = round(start_rad / (0.5 * math.pi))
-        if angle_rad == 0.0 and abs(start_rad - quarter * 0.5 * math.pi) < 1e-6 and resolution[0] == resolution[1]:
-            return Shape(self.layout, tuple((bits, _quarters(columns, quarter)) for bits, columns in self.groups))
+        if angle_rad == 0.0 and start_rad == 0.0:
+            return self
         size = resolution[:2]
         reach = max(float(np.linalg.norm((np.abs(columns) + 0.5) * size, axis=1).max()) for _, columns in self.groups)
         count = math.ceil(abs(angle_rad) * reach / (ARC_CELLS * float(size.min())))
         angles = start_rad + np.linspace(0.0, angle_rad, count + 1)
         touched = [(bits, _overlapped(columns, angles, size)) for bits, columns in self.groups]
         return Shape(self.layout, tuple((bits, self._distinct(xy[:, 0], xy[:, 1])) for bits, xy in touched))
+
+    def quarters(self, count: int) -> Shape:
+        """The shape turned by a number of right angles; for cells as wide as they are long."""
+        return Shape(self.layout, tuple((bits, _quarters(columns, count)) for bits, columns in self.groups))
 
     def _distinct(self, x: IntArray, y: IntArray) -> IntArray:
         reach = self.layout.border

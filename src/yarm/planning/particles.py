@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Tuple
+from functools import lru_cache
+from typing import Tuple
 
 import numpy as np
 
@@ -13,7 +14,8 @@ _PLASTIC = 1.32471795724474602596
 """The plastic number: its powers give the most even additive sequence in the plane (R2)."""
 
 
-def cell_order(shape: Tuple[int, int], rng: Optional[np.random.Generator] = None) -> IntArray:
+@lru_cache(maxsize=8)
+def cell_order(shape: Tuple[int, int]) -> IntArray:
     """Every column of a grid once, so that each beginning of the list covers the grid evenly.
 
     The R2 sequence visits the cells; a cell visited before is left out, and those the sequence has not met after many
@@ -21,21 +23,27 @@ def cell_order(shape: Tuple[int, int], rng: Optional[np.random.Generator] = None
 
     Args:
         shape: columns along x and y.
-        rng: shifts the sequence by a random offset; None for no offset.
 
     Returns:
-        (gx * gy, 2) columns.
+        (gx * gy, 2) columns; not to be written to.
     """
     gx, gy = shape
     count = gx * gy
-    offset = np.array([0.5, 0.5]) if rng is None else rng.random(2)
-    index = np.arange(1, 6 * count + 1)[:, None]
-    points = (offset + index * np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])) % 1.0
+    index = np.arange(1, 4 * count + 1)[:, None]
+    points = (0.5 + index * np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])) % 1.0
     cells = (points * (gx, gy)).astype(np.int64)
     flat = np.concatenate([cells[:, 0] * gy + cells[:, 1], np.arange(count)])
     _, first = np.unique(flat, return_index=True)
     ordered = flat[np.sort(first)]
-    return np.stack([ordered // gy, ordered % gy], axis=-1)
+    result: IntArray = np.stack([ordered // gy, ordered % gy], axis=-1)
+    result.flags.writeable = False
+    return result
+
+
+def moved_order(order: IntArray, shape: Tuple[int, int], rng: np.random.Generator) -> IntArray:
+    """The same order moved by a random number of columns, around the edges; as even as before."""
+    moved: IntArray = (order + rng.integers(0, shape)) % np.asarray(shape)
+    return moved
 
 
 def even_particles(order: IntArray, n: int, narrow: BoolArray, factor: float, blocked: BoolArray) -> IntArray:

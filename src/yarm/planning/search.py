@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from yarm.geometry import IntArray, wrap_angle
 from yarm.planning.bitboard import Board
 from yarm.planning.cost_queue import CostQueue
 from yarm.planning.cspace import Pose, View
-from yarm.planning.graph import Neighbours, nearest
+from yarm.planning.graph import Neighbours, delaunay_edges, nearest, neighbours_of
 from yarm.planning.types import Column
 
 Path = Tuple[Pose, ...]
@@ -29,14 +30,23 @@ class Target:
     heading: Optional[int] = None
 
 
-@dataclass(frozen=True, eq=False)
 class Roadmap:
-    """Particles (n, 2) and their Delaunay neighbours."""
+    """Particles and their Delaunay graph, which is made when a search first needs it."""
 
-    particles: IntArray
-    columns: Tuple[Column, ...]
-    neighbours: Neighbours
-    edges: IntArray
+    def __init__(self, particles: IntArray) -> None:
+        """Particles (n, 2), distinct columns."""
+        self.particles = particles
+        self.columns: Tuple[Column, ...] = tuple((int(x), int(y)) for x, y in particles)
+
+    @cached_property
+    def edges(self) -> IntArray:
+        """Edges (m, 2): pairs of indices of particles."""
+        return delaunay_edges(self.particles)
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """For each particle, those it shares an edge with."""
+        return neighbours_of(len(self.columns), self.edges)
 
 
 class _Graph:
@@ -117,8 +127,11 @@ class _Search:
             if (other, h) in self._cost:
                 continue
             ox, oy = columns[other]
+            straight = up_cost + math.hypot(ox - ux, oy - uy)
+            if straight >= self._best.get((other, h), math.inf):
+                continue
             if view.line(ux, uy, ox, oy, h):
-                self._offer(up_cost + math.hypot(ox - ux, oy - uy), (other, h), up)
+                self._offer(straight, (other, h), up)
             elif view.line(x, y, ox, oy, h):
                 self._offer(cost + math.hypot(ox - x, oy - y), (other, h), state)
         for k in self._headings:

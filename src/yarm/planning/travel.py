@@ -17,7 +17,7 @@ from yarm.planning.fleet import Fleet
 from yarm.planning.particles import cell_order
 from yarm.planning.search import Roadmap, flood, path_cost
 from yarm.planning.types import Column, Goal, PlanRequest
-from yarm.planning.world import World, roadmap_of, turns_of, why_not
+from yarm.planning.world import World, turns_of, why_not
 
 Held = Tuple[str, Goal]
 """A robot and the goal it holds."""
@@ -163,4 +163,4 @@ def _grown_at(space: RobotSpace, pose: Pose) -> Layers:
 
 @lru_cache(maxsize=4)
 def _roadmap(gx: int, gy: int) -> Roadmap:
-    return roadmap_of(cell_order((gx, gy))[:_PARTICLES].astype(np.int64))
+    return Roadmap(cell_order((gx, gy))[:_PARTICLES].astype(np.int64))

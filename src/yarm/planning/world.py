@@ -7,13 +7,12 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import IntArray, wrap_angle
+from yarm.geometry import wrap_angle
 from yarm.planning import request_check as check
 from yarm.planning.bitboard import Layers, Layout, dilated
 from yarm.planning.cspace import SAME_HEADING_RAD, Pose, RobotSpace, ShapeCache, Turns, headings_from, with_margin
 from yarm.planning.fleet import Fleet
-from yarm.planning.graph import delaunay_edges, neighbours_of
-from yarm.planning.search import Roadmap, Target, reachable
+from yarm.planning.search import Target, reachable
 from yarm.planning.types import PlanRequest, PlanStatus, Robot
 
 
@@ -93,13 +92,6 @@ def turns_of(turns_deg: Sequence[float], deg_per_cell: float = 10.0) -> Turns:
     """Allowed turns from angles in degrees; no turn at all is always allowed."""
     angles = tuple(math.radians(angle) for angle in turns_deg if abs(angle) > math.degrees(SAME_HEADING_RAD))
     return Turns(angles, math.radians(deg_per_cell))
-
-
-def roadmap_of(particles: IntArray) -> Roadmap:
-    """Particles with their Delaunay graph."""
-    edges = delaunay_edges(particles)
-    columns = tuple((int(x), int(y)) for x, y in particles)
-    return Roadmap(particles, columns, neighbours_of(len(particles), edges), edges)
 
 
 def _border(robots: Sequence[Robot]) -> int:

@@ -17,11 +17,11 @@ from yarm.planning.fleet import Fleet, Move
 from yarm.planning.joint_plan import StepChoice, path_of, valid
 from yarm.planning.joint_search import JointSearch
 from yarm.planning.params import PlannerParams
-from yarm.planning.particles import cell_order, even_particles, narrow_columns
+from yarm.planning.particles import cell_order, even_particles, moved_order, narrow_columns
 from yarm.planning.replanning import Memory, waypoint
 from yarm.planning.search import Path, Roadmap
 from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
-from yarm.planning.world import World, roadmap_of, turns_of, why_not
+from yarm.planning.world import World, turns_of, why_not
 
 
 class YarmPlanner:
@@ -71,14 +71,14 @@ class YarmPlanner:
     def _roadmap(self, world: World, rng: np.random.Generator) -> Roadmap:
         shape = world.request.spec.shape[:2]
         if self._order is None or len(self._order) != shape[0] * shape[1]:
-            self._order = cell_order((shape[0], shape[1]), rng)
+            self._order = moved_order(cell_order((shape[0], shape[1])), (shape[0], shape[1]), rng)
         narrow = np.zeros(shape, dtype=np.bool_)
         for space, target in zip(world.spaces, world.targets):
             if target is not None:
                 narrow |= narrow_columns(~world.layout.image_of_board(space.blocked(0)))
         nobody: BoolArray = np.zeros(shape, dtype=np.bool_)
         particles = even_particles(self._order, self.params.particles, narrow, self.params.narrow_factor, nobody)
-        return self._roadmaps.get(particles.tobytes(), lambda: roadmap_of(particles))
+        return self._roadmaps.get(particles.tobytes(), lambda: Roadmap(particles))
 
     def _moves(
         self, world: World, fleet: Fleet, open_robots: Sequence[int], rng: np.random.Generator
