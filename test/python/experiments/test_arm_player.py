@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from yarm.control.arm_model import ArmDescription, ArmKinematics, load_arm
+from yarm.control.raster import coverage
+from yarm.control.sander_params import SanderParams
 from yarm.experiments.arm_player import LIFT_S, STOP_S, ArmModel, ArmPlayer, ArmTrack
+from yarm.experiments.arm_track import plan_track
 
 STEP_S = 1.0 / 60.0
 
@@ -67,3 +70,14 @@ def test_it_starts_again_at_the_end(arm: ArmDescription) -> None:
     at_work = player(arm, phase_s=9.95)
     run(at_work, 1.05, True)
     assert at_work.joints() == pytest.approx(np.full(6, 0.10), abs=0.011)
+
+
+def test_the_real_raster_covers_the_part_on_its_surface_and_hovers_above_it(arm: ArmDescription) -> None:
+    track, model = plan_track(arm, SanderParams()), model_of(arm)
+    tips = np.array([model.tip(q) for q in track.work[::5]])
+    assert tips[:, 2] == pytest.approx(np.full(len(tips), 0.73), abs=0.003)
+    assert coverage(tips, (-0.45, -0.30), (-0.05, 0.30), 0.73, 0.06) > 0.97
+    hovers = np.array([model.tip(q) for q in track.hover[::5]])
+    assert hovers[:, :2] == pytest.approx(tips[:, :2], abs=0.01)
+    assert hovers[:, 2].min() > 1.15
+    assert 60.0 < track.length_s < 120.0
