@@ -33,7 +33,12 @@ install(TARGETS yarm_perception
 
 if(CATKIN_ENABLE_TESTING)
   # Synthetic camera sets with their truth; for tests and benchmarks.
-  add_library(yarm_scene_factory STATIC EXCLUDE_FROM_ALL test/support/cell_bodies.cpp test/support/scene_factory.cpp)
+  add_library(yarm_scene_factory STATIC EXCLUDE_FROM_ALL
+    test/support/association_score.cpp
+    test/support/cell_bodies.cpp
+    test/support/scene_factory.cpp
+    test/support/scored_sequences.cpp
+  )
   target_include_directories(yarm_scene_factory PUBLIC test/support)
   target_compile_options(yarm_scene_factory PRIVATE -O3 -Wall -Wextra -Wpedantic)
   target_link_libraries(yarm_scene_factory PUBLIC yarm_perception)
@@ -41,4 +46,8 @@ if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(perception_merge_test test/cpp/perception_merge_test.cpp)
   target_include_directories(perception_merge_test SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(perception_merge_test yarm_scene_factory ${PCL_LIBRARIES} gtest_main)
+  foreach(test perception_association_test)
+    catkin_add_gtest(${test} test/cpp/${test}.cpp)
+    target_link_libraries(${test} yarm_scene_factory gtest_main)
+  endforeach()
 endif()

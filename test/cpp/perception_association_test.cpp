@@ -1,0 +1,71 @@
+// Association scored against the truth, ours and the original algorithm in one table.
+#include "association_score.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace yarm::test {
+namespace {
+
+struct Row {
+  Mean apart;
+  Mean contact;
+  int longest_gap{0};
+  int longest_phantom{0};
+};
+
+/// Runs one variant over all sequences and prints its lines of the table.
+Row scoreVariant(const std::string& title, const std::string& associator, const std::function<Sequence(Sequence)>& change) {
+  std::map<std::string, Mean> apart;
+  std::map<std::string, Mean> contact;
+  Row row;
+  std::uint64_t seed = 100;
+  for (const Sequence& sequence : scoredSequences()) {
+    AssociationRun run(associator, seed++);
+    const Score score = run.run(change ? change(sequence) : sequence);
+    std::printf("| %-22s | %-20s | %6.2f %% | %6.2f %% |\n", title.c_str(), sequence.name.c_str(), 100 * Score::mean(score.apart),
+                100 * Score::mean(score.contact));
+    for (const auto& [name, mean] : score.apart) {
+      row.apart.add(mean.value());
+      if (mean.value() < 0.98 && associator == "yarm") {
+        std::printf("|   apart %-30s %6.2f %% of %d sets\n", name.c_str(), 100 * mean.value(), mean.count);
+      }
+    }
+    for (const auto& [name, mean] : score.contact) {
+      row.contact.add(mean.value());
+      if (mean.value() < 0.95 && associator == "yarm") {
+        std::printf("|   contact %-28s %6.2f %% of %d sets\n", name.c_str(), 100 * mean.value(), mean.count);
+      }
+    }
+    row.longest_gap = std::max(row.longest_gap, score.longest_gap);
+    row.longest_phantom = std::max(row.longest_phantom, score.longest_phantom);
+  }
+  std::printf("| %-22s | %-20s | %6.2f %% | %6.2f %% | longest gap %d, phantom %d\n", title.c_str(), "ALL", 100 * row.apart.value(),
+              100 * row.contact.value(), row.longest_gap, row.longest_phantom);
+  return row;
+}
+
+TEST(Association, IsRightApartAndInContact) {
+  const Row yarm = scoreVariant("yarm", "yarm", {});
+  const Row original = scoreVariant("original", "original", {});
+  EXPECT_GE(yarm.apart.value(), 0.98);
+  EXPECT_GE(yarm.contact.value(), 0.90);
+  EXPECT_LE(yarm.longest_gap, 1);
+  EXPECT_LE(yarm.longest_phantom, 1);
+  EXPECT_LT(original.apart.value(), yarm.apart.value());
+  EXPECT_LT(original.contact.value(), yarm.contact.value());
+}
+
+TEST(Association, WorksWithoutTheShapesOfMovingBodies) {
+  const Row row = scoreVariant("yarm, fixtures only", "yarm", [](Sequence s) { return withoutShapes(std::move(s), false); });
+  EXPECT_GE(row.apart.value(), 0.90);
+}
+
+TEST(Association, WorksWithoutAnyShape) {
+  const Row row = scoreVariant("yarm, no shapes", "yarm", [](Sequence s) { return withoutShapes(std::move(s), true); });
+  EXPECT_GE(row.apart.value(), 0.80);
+}
+
+}  // namespace
+}  // namespace yarm::test

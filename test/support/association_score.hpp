@@ -1,0 +1,87 @@
+// Scores an association against the truth over sequences of synthetic sets.
+#pragma once
+
+#include "scene_factory.hpp"
+
+#include "yarm/perception/merge.hpp"
+#include "yarm/perception/occupancy.hpp"
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace yarm::test {
+
+/// A scripted course of a scene: calibration first, then `sets` sets of which `at` brings the scene to set k (from 0).
+struct Sequence {
+  std::string name;
+  Scene scene;
+  int sets{0};
+  std::function<void(Scene&, int)> at;
+};
+
+/// Mean of a quantity.
+struct Mean {
+  double sum{0.0};
+  int count{0};
+  void add(double value) {
+    sum += value;
+    ++count;
+  }
+  [[nodiscard]] double value() const { return count > 0 ? sum / count : 1.0; }
+};
+
+/// Share of points given to the right object, by object, for sets in which it is apart from or in contact with others.
+struct Score {
+  std::map<std::string, Mean> apart;
+  std::map<std::string, Mean> contact;
+  int longest_gap{0};     ///< most sets in a row in which a visible object had no cells
+  int phantom_sets{0};    ///< sets with an unknown thing where nothing unregistered is
+  int longest_phantom{0}; ///< most of them in a row
+
+  [[nodiscard]] static double mean(const std::map<std::string, Mean>& by_object);
+};
+
+/// One set as an association saw it.
+struct ScoredSet {
+  const pc::MergedSet* merged{nullptr};
+  std::vector<int> truth;                      ///< body of each point
+  const pc::AssociatedSet* result{nullptr};
+  const pc::OccupancyGrid* grid{nullptr};
+  bool calibrating{false};
+  int k{0};                                    ///< set after calibration
+};
+
+/// Feeds sequences through merge, association and grid, always the same way.
+class AssociationRun {
+ public:
+  AssociationRun(const std::string& associator, std::uint64_t seed, double noise = 1.0);
+
+  /// Runs a sequence; `look` is called with every set.
+  Score run(const Sequence& sequence, const std::function<void(const Scene&, const ScoredSet&)>& look = {});
+
+  static constexpr int kCalibrationSets = 5;
+
+ private:
+  ScoredSet step(const Scene& scene, bool calibrating);
+
+  SceneFactory factory_;
+  std::unique_ptr<pc::MergeBackend> backend_;
+  std::unique_ptr<pc::Associator> associator_;
+  pc::OccupancyBuilder builder_;
+  pc::MergedSet set_;
+  pc::StampNs stamp_{0};
+};
+
+/// Share (0 to 1) to which a point was given to the object `name`: 1 when it alone has it.
+[[nodiscard]] std::vector<double> credits(const Scene& scene, const ScoredSet& set);
+
+/// The sequences everything is scored on.
+[[nodiscard]] std::vector<Sequence> scoredSequences();
+
+/// The same course with the shapes of the moving bodies (or of all) unknown to the registry.
+[[nodiscard]] Sequence withoutShapes(Sequence sequence, bool fixtures_too);
+
+}  // namespace yarm::test
