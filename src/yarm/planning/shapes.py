@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import List, Tuple
 
 import numpy as np
@@ -47,6 +48,7 @@ ANKURBOT_BEAMS: Tuple[Beam, ...] = (
 """Mast and arm of the mobile robot."""
 
 
+@lru_cache(maxsize=256)
 def ankurbot_mask(spec: GridSpec, yaw_rad: float, offset: Tuple[float, float] = (0.0, 0.0)) -> Mask:
     """Cells of the mobile robot: every cell that one of its solids enters.
 
