@@ -111,12 +111,15 @@ def _set_friction(client: int, uid: int) -> None:
 
 def load_box(client: int, size: Sequence[float], position: npt.ArrayLike, yaw_rad: float) -> int:
     """A static box of full size x, y, z, metres, centred at a position."""
-    shape = pybullet.createCollisionShape(
-        pybullet.GEOM_BOX, halfExtents=[0.5 * s for s in size], physicsClientId=client
+    half = [0.5 * s for s in size]
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+    visual = pybullet.createVisualShape(
+        pybullet.GEOM_BOX, halfExtents=half, rgbaColor=(0.7, 0.7, 0.7, 1.0), physicsClientId=client
     )
     uid = pybullet.createMultiBody(
         0.0,
         shape,
+        visual,
         basePosition=np.asarray(position, dtype=float).tolist(),
         baseOrientation=quaternion_from_rpy(0.0, 0.0, yaw_rad).tolist(),
         physicsClientId=client,
