@@ -1,6 +1,8 @@
 """Task assignment and planning; NumPy and SciPy only."""
 
+from yarm.planning.original_planner import OriginalPlanner
 from yarm.planning.params import PlannerParams, TaskParams
+from yarm.planning.registry import PLANNER_NAMES, available_planners, make_planner
 from yarm.planning.task_queue import Task, TaskQueue, TaskStatus, arrived
 from yarm.planning.types import (
     FleetPlan,
@@ -16,9 +18,11 @@ from yarm.planning.types import (
 from yarm.planning.yarm_planner import YarmPlanner
 
 __all__ = [
+    "PLANNER_NAMES",
     "FleetPlan",
     "FleetPlanner",
     "Goal",
+    "OriginalPlanner",
     "PlanRequest",
     "PlanStatus",
     "PlannerParams",
@@ -32,4 +36,6 @@ __all__ = [
     "Waypoint",
     "YarmPlanner",
     "arrived",
+    "available_planners",
+    "make_planner",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Mapping, Optional, Sequence, Tuple
+from typing import Dict, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -136,6 +136,20 @@ def worst(plans: Mapping[str, RobotPlan]) -> Tuple[PlanStatus, str]:
         if _SEVERITY[plan.status] > _SEVERITY[status]:
             status, reason = plan.status, plan.reason
     return status, reason
+
+
+def faulty_plans(request: PlanRequest) -> Dict[str, RobotPlan]:
+    """Plans of the assigned robots whose start or goal is unusable."""
+    plans = {}
+    for robot in request.robots:
+        goal = request.assignments.get(robot.name)
+        if goal is None:
+            continue
+        fault = robot_fault(robot, request) or start_collision(robot, request)
+        fault = fault or goal_fault(robot, request)
+        if fault is not None:
+            plans[robot.name] = RobotPlan(robot.name, goal, fault[0], fault[1])
+    return plans
 
 
 def refused(request: PlanRequest, reason: str) -> FleetPlan:

@@ -53,12 +53,12 @@ class YarmPlanner:
             return check.refused(request, fault)
         world = World.of(request, self._turns, self._cache)
         if world is None:
-            plans = _faulty_plans(request)
+            plans = check.faulty_plans(request)
             status, reason = check.worst(plans)
             return FleetPlan(status, reason, plans)
         roadmap = self._roadmap(world, rng)
         fleet = Fleet(world.spaces, world.targets, roadmap)
-        plans = {**_faulty_plans(request), **_goal_plans(world, fleet)}
+        plans = {**check.faulty_plans(request), **_goal_plans(world, fleet)}
         open_robots = [i for i, robot in enumerate(world.robots) if world.targets[i] and robot.name not in plans]
         fleet.targets = tuple(t if i in open_robots else None for i, t in enumerate(fleet.targets))
         moves, rounds = self._moves(world, fleet, open_robots, rng)
@@ -130,20 +130,6 @@ def path_length(fleet: Fleet, path: Optional[Path]) -> float:
     if path is None:
         return math.inf
     return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:]))
-
-
-def _faulty_plans(request: PlanRequest) -> Dict[str, RobotPlan]:
-    """Plans of the assigned robots whose start or goal is unusable."""
-    plans = {}
-    for robot in request.robots:
-        goal = request.assignments.get(robot.name)
-        if goal is None:
-            continue
-        fault = check.robot_fault(robot, request) or check.start_collision(robot, request)
-        fault = fault or check.goal_fault(robot, request)
-        if fault is not None:
-            plans[robot.name] = RobotPlan(robot.name, goal, fault[0], fault[1])
-    return plans
 
 
 def _goal_plans(world: World, fleet: Fleet) -> Dict[str, RobotPlan]:
