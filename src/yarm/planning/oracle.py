@@ -20,6 +20,8 @@ from yarm.planning.checker import sweep_of
 from yarm.planning.scene import PlanScene, SceneRobot, Stand
 from yarm.planning.types import PlanRequest, Robot, Waypoint
 
+ColumnBits = Tuple[IntArray, IntArray]
+"""Columns (n, 2), and the heights occupied in each as the bits of a number (n,)."""
 QUARTER_TURNS_DEG: Tuple[float, ...] = (0.0, 90.0, -90.0)
 
 
@@ -45,6 +47,8 @@ class Shape:
                 j = _heading_index(self.yaws, yaw + math.radians(turn))
                 if turn and i != j:
                     self.turns[i, j] = self._turn_cells(i, math.radians(turn))
+        self.mask_columns: List[ColumnBits] = [_column_bits(mask.cells) for mask in self.masks]
+        self.turn_columns: Dict[Tuple[int, int], ColumnBits] = {p: _column_bits(c) for p, c in self.turns.items()}
 
     def heading(self, yaw_rad: float) -> int:
         """Index of a heading, rad.
@@ -69,18 +73,16 @@ class Space:
         near = ndimage.binary_dilation(occupied, np.ones((3, 3, 3), dtype=bool))
         weights = np.left_shift(np.int64(1), np.arange(near.shape[2], dtype=np.int64))
         self._near: IntArray = near @ weights
-        self.free: BoolArray = np.stack([self._clear(mask.cells) for mask in shape.masks])
+        self.free: BoolArray = np.stack([self._clear(columns) for columns in shape.mask_columns])
         """(headings, gx, gy) columns where the robot may stand."""
         self.turn_free: Dict[Tuple[int, int], BoolArray] = {
-            pair: self._clear(cells) for pair, cells in shape.turns.items()
+            pair: self._clear(columns) for pair, columns in shape.turn_columns.items()
         }
         """(gx, gy) columns where it may turn from one heading to another."""
 
-    def _clear(self, cells: IntArray) -> BoolArray:
+    def _clear(self, column_bits: ColumnBits) -> BoolArray:
+        columns, bits = column_bits
         gx, gy = self._near.shape
-        columns, index = np.unique(cells[:, :2], axis=0, return_inverse=True)
-        bits = np.zeros(len(columns), dtype=np.int64)
-        np.bitwise_or.at(bits, index, np.left_shift(np.int64(1), cells[:, 2]))
         reach = int(np.abs(columns).max(initial=0))
         padded = np.full((gx + 2 * reach, gy + 2 * reach), -1, dtype=np.int64)
         padded[reach : reach + gx, reach : reach + gy] = self._near
@@ -221,6 +223,13 @@ def _goal_column(scene: PlanScene, robot: SceneRobot) -> Optional[Tuple[int, int
 def stand_of(node: Node, shape: Shape) -> Stand:
     """A place as a column and a heading."""
     return Stand((node.x, node.y), shape.yaws[node.heading])
+
+
+def _column_bits(cells: IntArray) -> ColumnBits:
+    columns, index = np.unique(cells[:, :2], axis=0, return_inverse=True)
+    bits = np.zeros(len(columns), dtype=np.int64)
+    np.bitwise_or.at(bits, index, np.left_shift(np.int64(1), cells[:, 2]))
+    return columns, bits
 
 
 def _headings(yaw_rad: float, turns_deg: Sequence[float]) -> List[float]:
