@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Dict, List, Tuple
 
 import numpy as np
 
 from yarm.experiments.clearance import SAMPLE_M, surface_points
-from yarm.geometry import FloatArray, transform_matrix
+from yarm.geometry import FloatArray
 from yarm.geometry.urdf import Joint, UrdfModel
 
 STOP_S = 0.3
@@ -50,10 +51,10 @@ class ArmModel:
             spacing_m: of the points on its links, metres.
         """
         self._T_world_base = T_world_base
-        self._chain: List[Joint] = list(model.joints.values())
-        self._moving = [joint.name for joint in model.moving_joints]
         self._tip = tip_link
         self._root = model.links[0]
+        self._chain = _from_root(model)
+        self._index = {joint.name: i for i, joint in enumerate(model.moving_joints)}
         self._points: Dict[str, FloatArray] = {}
         for link in model.links:
             own = [surface_points(solid, spacing_m) for solid in model.solids if solid.link == link]
@@ -62,17 +63,11 @@ class ArmModel:
 
     def links(self, q: FloatArray) -> Dict[str, FloatArray]:
         """Pose (4, 4), world, of each link at joints (6,), rad."""
-        value = dict(zip(self._moving, q))
         poses = {self._root: self._T_world_base}
-        left = list(self._chain)
-        while left:
-            joint = next(j for j in left if j.parent in poses)
-            left.remove(joint)
+        for joint in self._chain:
             pose = poses[joint.parent] @ joint.T_parent_child
-            if joint.name in value:
-                half = value[joint.name] / 2.0
-                turn = np.append(np.sin(half) * np.asarray(joint.axis), np.cos(half))
-                pose = pose @ transform_matrix((0.0, 0.0, 0.0), turn)
+            if joint.name in self._index:
+                pose[:3, :3] = pose[:3, :3] @ _rotation(joint.axis, float(q[self._index[joint.name]]))
             poses[joint.child] = pose
         return poses
 
@@ -85,6 +80,25 @@ class ArmModel:
         """The tool's tip, metres, world."""
         x, y, z = self.links(q)[self._tip][:3, 3]
         return float(x), float(y), float(z)
+
+
+def _from_root(model: UrdfModel) -> List[Joint]:
+    """Joints in an order in which every parent's pose is known before its child's."""
+    known, ordered, left = {model.links[0]}, [], list(model.joints.values())
+    while left:
+        joint = next(j for j in left if j.parent in known)
+        left.remove(joint)
+        known.add(joint.child)
+        ordered.append(joint)
+    return ordered
+
+
+def _rotation(axis: Tuple[float, float, float], angle_rad: float) -> FloatArray:
+    """Turn (3, 3) about an axis of length 1 (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn: FloatArray = np.eye(3) + math.sin(angle_rad) * cross + (1.0 - math.cos(angle_rad)) * (cross @ cross)
+    return turn
 
 
 class ArmPlayer:

@@ -15,6 +15,9 @@ from yarm.planning.shapes import ANKURBOT_BEAMS, ANKURBOT_DISCS
 SAMPLE_M = 0.025
 """Spacing of the points on an arm's links, metres; a distance to them is too large by at most its square over 8 R."""
 
+FAR_M = 0.5
+"""Distances beyond this need not be exact, metres."""
+
 
 @dataclass(frozen=True)
 class Upright:
@@ -31,6 +34,11 @@ class Upright:
     half: Tuple[float, float]
     radius: float
     z: Tuple[float, float]
+
+    @property
+    def reach(self) -> float:
+        """Radius of the circle about its centre that holds it, metres."""
+        return math.hypot(*self.half) + self.radius
 
     def at(self, pose: Pose2) -> Upright:
         """The solid in the world, its owner standing at a pose."""
@@ -53,7 +61,13 @@ ANKURBOT: Tuple[Upright, ...] = (
 
 
 def distance(a: Upright, b: Upright) -> float:
-    """Least distance of two upright solids, metres; negative when they overlap (horizontal depth)."""
+    """Least distance of two upright solids, metres; negative when they overlap (horizontal depth).
+
+    Beyond ``FAR_M`` it may come out too small, but never below ``FAR_M``.
+    """
+    far = math.hypot(a.center.x - b.center.x, a.center.y - b.center.y) - a.reach - b.reach
+    if far > FAR_M:
+        return far
     apart_z = max(a.z[0] - b.z[1], b.z[0] - a.z[1])
     apart = _rectangles(a, b) - a.radius - b.radius
     if apart_z <= 0.0:
@@ -71,6 +85,17 @@ def points_distance(solids: Sequence[Upright], points: FloatArray) -> float:
     if len(points) == 0:
         return math.inf
     return min(float(_field(solid, points).min()) for solid in solids)
+
+
+def flat_distance(solids: Sequence[Upright], x_m: float, y_m: float) -> float:
+    """Least horizontal distance of a point, metres, world, from upright solids; 0 or less inside."""
+    distances = []
+    for solid in solids:
+        c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
+        dx, dy = x_m - solid.center.x, y_m - solid.center.y
+        qx, qy = abs(c * dx + s * dy) - solid.half[0], abs(c * dy - s * dx) - solid.half[1]
+        distances.append(math.hypot(max(qx, 0.0), max(qy, 0.0)) + min(max(qx, qy), 0.0) - solid.radius)
+    return min(distances, default=math.inf)
 
 
 def _field(solid: Upright, points: FloatArray) -> FloatArray:

@@ -10,9 +10,9 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 import numpy as np
 
 from yarm.commander.params import CommanderParams
-from yarm.commander.supervision import distance_to_cells
 from yarm.control.base_controller import Outcome
 from yarm.experiments.arm_track import arm_of
+from yarm.experiments.clearance import flat_distance
 from yarm.experiments.kinematic import TICK_S, KinematicRobot, KinematicWorld
 from yarm.geometry import GridSpec
 from yarm.planning.checker import check_step
@@ -256,7 +256,7 @@ class Trial:
                 self.world.arm_enabled = self._arm_may_work(self.world.arm_enabled)
 
     def _arm_may_work(self, enabled: bool) -> bool:
-        """The manipulator's supervision: the Commander's own, or the published one."""
+        """The manipulator's supervision: with the Commander's distances, or the published one."""
         assert self.world.arm is not None
         tip = self.world.arm.tip()
         pose = self._robot.pose
@@ -264,7 +264,7 @@ class Trial:
             size = self.world.spec.resolution
             apart = np.array([pose.x - tip[0], pose.y - tip[1], 0.89 - tip[2]]) / size
             return bool(np.linalg.norm(apart) >= ORIGINAL_PAUSE_CELLS)
-        near = distance_to_cells(self.world.spec, tip[:2], self.world.seen(self._robot).cells)
+        near = flat_distance(self._robot.solids, tip[0], tip[1])
         if near < self._limits.pause_distance_m:
             return False
         return enabled or near > self._limits.resume_distance_m

@@ -10,7 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from yarm.control.base_controller import Outcome
-from yarm.experiments.clearance import ANKURBOT, Upright, box, distance, points_distance, surface_points
+from yarm.experiments.clearance import (
+    ANKURBOT,
+    FAR_M,
+    Upright,
+    box,
+    distance,
+    flat_distance,
+    points_distance,
+    surface_points,
+)
 from yarm.experiments.kinematic import FIXTURES, KinematicWorld, solid_cells
 from yarm.geometry import GridSpec, Pose2
 from yarm.geometry.urdf import expand_xacro, parse_urdf
@@ -44,7 +53,9 @@ def test_distance_agrees_with_dense_points(
     a = box(ax, ay, ayaw, (1.2, 0.3, 0.5), 0.0)
     b = box(bx, by, byaw, (0.4, 0.7, 0.4), z)
     exact, sampled = distance(a, b), points_distance([a], dense_points(b))
-    if exact > 0.0:
+    if exact > FAR_M:
+        assert sampled > FAR_M
+    elif exact > 0.0:
         assert exact - 1e-9 <= sampled <= exact + 0.03
     else:
         assert sampled <= 0.03
@@ -53,12 +64,14 @@ def test_distance_agrees_with_dense_points(
 def test_distances_by_hand() -> None:
     disc = Upright(Pose2(2.0, 0.0), (0.0, 0.0), 0.35, (0.1, 0.55))
     table = box(0.0, 0.0, 0.0, (0.9, 1.2, 0.7), 0.0)
-    assert distance(disc, table) == pytest.approx(2.0 - 0.45 - 0.35)
+    assert distance(disc.at(Pose2(-0.8, 0.0)), table) == pytest.approx(0.4)
     assert distance(disc.at(Pose2(-1.3, 0.0)), table) == pytest.approx(-0.1)
     beam = box(0.0, 0.0, 0.3, (1.3, 0.08, 0.08), 0.85)
     assert distance(beam, table) == pytest.approx(0.15)
     assert points_distance([disc], np.array([[2.0, 0.5, 0.3], [5.0, 5.0, 5.0]])) == pytest.approx(0.15)
     assert points_distance([disc], np.zeros((0, 3))) == math.inf
+    assert flat_distance([disc, table], 2.0, 0.5) == pytest.approx(0.15)
+    assert flat_distance([table], 0.0, 0.0) == pytest.approx(-0.45)
 
 
 def test_surface_points_lie_on_every_link_of_the_arm_and_leave_no_gap() -> None:
