@@ -1,0 +1,249 @@
+"""Command line ``commander_cli``: drives the Commander from a terminal, with progress, and waits for the end.
+
+    rosrun yarm commander_cli run --mode boundless     # from whatever state to the mode, until its tasks are done
+    rosrun yarm commander_cli status
+    rosrun yarm commander_cli stop                      # every robot stops at its present waypoint
+    rosrun yarm commander_cli wait --timeout 300
+    rosrun yarm commander_cli cleanup                   # everybody home, switched off
+
+Exit code: 0 succeeded, 1 failed or stopped, 2 no answer in time, 3 refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from typing import Dict, List, Optional, Tuple
+
+import rospy
+from std_msgs.msg import Float32
+
+from yarm.commander.states import State
+from yarm.msg import CommanderStatus
+from yarm.ros import names
+from yarm.srv import StateChange, StateChangeRequest
+
+SUCCEEDED, FAILED, NO_ANSWER, REFUSED = 0, 1, 2, 3
+LINE_PERIOD_S = 1.0
+POLL_S = 0.1
+ASK_AGAIN_S = 1.0
+
+
+class CliError(RuntimeError):
+    """The command ends here; ``code`` is the exit code."""
+
+    def __init__(self, code: int, message: str) -> None:
+        """An exit code and what to tell the user."""
+        super().__init__(message)
+        self.code = code
+
+
+class Session:
+    """What is heard of the Commander, and the means to ask it."""
+
+    def __init__(self, timeout_s: float) -> None:
+        """Connect; everything together may take so much wall time, s."""
+        self._deadline = time.monotonic() + timeout_s
+        self._timeout_s = timeout_s
+        self._status: Optional[CommanderStatus] = None
+        self._raster: Dict[str, float] = {}
+        self._line = ""
+        self._line_at = 0.0
+        self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
+        self._subscriber = rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=10)
+        self._progress: Dict[str, rospy.Subscriber] = {}
+
+    def status(self) -> CommanderStatus:
+        """The newest status.
+
+        Raises:
+            CliError: the Commander has not been heard of in time.
+        """
+        self._wait(lambda: self._status is not None, "a message on commander/status (is the commander running?)")
+        assert self._status is not None
+        return self._status
+
+    def ask(self, **fields: object) -> None:
+        """Request a change of state, and wait until the status shows it.
+
+        Raises:
+            CliError: refused, or no answer.
+        """
+        before = self.status()
+        left = max(0.1, self._deadline - time.monotonic())
+        try:
+            rospy.wait_for_service(names.COMMANDER_STATE, timeout=left)
+            answer = self._service(StateChangeRequest(**fields))
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            raise CliError(NO_ANSWER, f"{names.COMMANDER_STATE} does not answer: {error}") from error
+        if not answer.success:
+            raise CliError(REFUSED, answer.message)
+        self.say(answer.message)
+        self._wait(lambda: self._status is not before, "commander/status after the request")
+
+    def until_idle(self, wanted: Optional[State] = None) -> CommanderStatus:
+        """Show progress until the Commander is not busy.
+
+        Raises:
+            CliError: it is busy for too long.
+        """
+        self._wait(lambda: self._idle(wanted), "the end of the work (commander_cli stop ends it)")
+        return self.status()
+
+    def sanding(self) -> bool:
+        """A manipulator's raster is begun and not done."""
+        return any(0.0 < share < 0.999 for share in self._raster.values())
+
+    def follow_raster(self, arm: str) -> None:
+        """Listen to the progress of a manipulator."""
+        if arm not in self._progress:
+            self._progress[arm] = rospy.Subscriber(
+                names.sander_progress(arm), Float32, lambda m: self._raster.__setitem__(arm, m.data), queue_size=10
+            )
+
+    def pause(self, seconds: float) -> None:
+        """Let wall time pass, with progress."""
+        end = time.monotonic() + seconds
+        self._wait(lambda: time.monotonic() >= end, "")
+
+    def say(self, text: str) -> None:
+        """One line on the terminal."""
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
+
+    def _idle(self, wanted: Optional[State]) -> bool:
+        status = self._status
+        return status is not None and not status.busy and (wanted is None or status.state == int(wanted))
+
+    def _on_status(self, message: CommanderStatus) -> None:
+        self._status = message
+
+    def _wait(self, ready: object, what: str) -> None:
+        while not ready():  # type: ignore[operator]
+            if rospy.is_shutdown():
+                raise CliError(NO_ANSWER, "interrupted")
+            if time.monotonic() > self._deadline:
+                raise CliError(NO_ANSWER, f"after {self._timeout_s:.0f} s still waiting for {what}")
+            time.sleep(POLL_S)
+            self._show()
+
+    def _show(self) -> None:
+        if self._status is None or time.monotonic() - self._line_at < LINE_PERIOD_S:
+            return
+        line = line_of(self._status, self._raster)
+        if line != self._line:
+            self._line, self._line_at = line, time.monotonic()
+            self.say(line)
+
+
+def line_of(status: CommanderStatus, raster: Dict[str, float]) -> str:
+    """One line that says it all."""
+    parts = [f"{status.header.stamp.to_sec():8.1f} s  {status.state_name}{' busy' if status.busy else ''}"]
+    for task in status.tasks:
+        left = "" if task.distance_left_m != task.distance_left_m else f" {task.distance_left_m:.2f} m"
+        parts.append(f"{task.robot or '-'} > {task.goal} {task.status}{left}")
+    parts += [f"{arm} raster {100.0 * share:.0f} %" for arm, share in sorted(raster.items())]
+    if status.outcome:
+        parts.append(status.outcome)
+    if status.reason:
+        parts.append(status.reason)
+    return " | ".join(parts)
+
+
+WAY_UP: Dict[State, Dict[str, object]] = {
+    State.IDLE: {"current_state": True},
+    State.STARTED: {"next_state": True},
+    State.CALIBRATION: {"next_state": True},
+    State.CLEANUP: {"current_state": True},
+}
+"""What leads from each state towards the menu."""
+MODES: Dict[str, State] = {"bounded": State.BOUNDED, "boundless": State.BOUNDLESS}
+
+
+def run_mode(session: Session, mode: State, arms: Tuple[str, ...], once: bool) -> int:
+    """From whatever state into a mode, until its tasks are done and no manipulator is still sanding."""
+    for arm in arms:
+        session.follow_raster(arm)
+    while session.status().state not in (int(State.MENU), int(mode)):
+        state = State(session.until_idle().state)
+        if state in (State.BOUNDED, State.BOUNDLESS):
+            session.ask(previous_state=True)
+        elif state is State.CALIBRATION and session.status().outcome != "succeeded":
+            raise CliError(FAILED, f"calibration {session.status().outcome}: {session.status().reason}")
+        else:
+            session.ask(**WAY_UP[state])
+        session.until_idle()
+    if session.status().state == int(State.MENU):
+        session.until_idle()
+        session.ask(jump_state=int(mode))
+    status = session.until_idle(mode)
+    while not once and status.outcome == "succeeded" and session.sanding():
+        session.pause(ASK_AGAIN_S)
+        session.ask(current_state=True)
+        status = session.until_idle(mode)
+    return finish(session, status)
+
+
+def finish(session: Session, status: CommanderStatus) -> int:
+    """Say how it ended; the exit code."""
+    for task in status.tasks:
+        session.say(f"{task.robot or '-'} > {task.goal} ({task.kind}): {task.status} {task.reason}".rstrip())
+    session.say(f"{status.state_name}: {status.outcome or 'idle'} {status.reason}".rstrip())
+    return SUCCEEDED if status.outcome in ("succeeded", "") else FAILED
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    made = argparse.ArgumentParser(prog="commander_cli", description="Drives the Commander from a terminal.")
+    commands = made.add_subparsers(dest="command", required=True)
+    run = commands.add_parser("run", help="enter a mode from whatever state, and wait until its tasks are done")
+    run.add_argument("--mode", choices=sorted(MODES), default="boundless")
+    run.add_argument("--arms", nargs="*", default=["hc10_barc"], help="manipulators whose sanding is waited for")
+    run.add_argument("--once", action="store_true", help="end with the first tasks, though a manipulator still sands")
+    commands.add_parser("status", help="say what the Commander is doing")
+    commands.add_parser("stop", help="stop every robot at its present waypoint")
+    commands.add_parser("wait", help="wait until the work has ended")
+    commands.add_parser("cleanup", help="send everybody home and switch off")
+    for command in commands.choices.values():
+        command.add_argument("--timeout", type=float, default=900.0, help="wall seconds this may take")
+    return made
+
+
+def execute(arguments: argparse.Namespace, session: Session) -> int:
+    """Do what was asked; the exit code."""
+    if arguments.command == "run":
+        return run_mode(session, MODES[arguments.mode], tuple(arguments.arms), arguments.once)
+    if arguments.command == "status":
+        session.say(line_of(session.status(), {}))
+        return SUCCEEDED
+    if arguments.command == "stop":
+        if session.status().busy:
+            session.ask(previous_state=True)
+        return finish(session, session.until_idle()) and SUCCEEDED
+    if arguments.command == "wait":
+        return finish(session, session.until_idle())
+    return clean_up(session)
+
+
+def clean_up(session: Session) -> int:
+    """Everybody home, then IDLE."""
+    if session.status().state in (int(State.BOUNDED), int(State.BOUNDLESS)):
+        session.until_idle()
+        session.ask(next_state=True)
+    status = session.until_idle(State.CLEANUP)
+    code = finish(session, status)
+    session.ask(next_state=True)
+    return code
+
+
+def main(argv: Optional[List[str]] = None) -> int:
+    """Parse, do, say how it ended; the exit code."""
+    arguments = parser().parse_args(rospy.myargv(argv if argv is not None else sys.argv)[1:])
+    rospy.init_node("commander_cli", anonymous=True, disable_signals=False)
+    session = Session(arguments.timeout)
+    try:
+        return execute(arguments, session)
+    except CliError as error:
+        session.say(str(error))
+        return error.code
