@@ -11,6 +11,7 @@ constexpr float kSite = 0.1F;          // edge of a site of the index, metres
 constexpr float kLargestMargin = 0.12F;  // no surface explains a point farther away, metres
 constexpr float kHiddenFace = 4.F;     // added cost of a face that looks away from the camera
 constexpr float kAwayCosine = 0.05F;
+constexpr float kLookBack = 0.3F;      // rays are followed from this far before a point, metres
 }  // namespace
 
 SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
@@ -81,37 +82,64 @@ void SceneModel::index() {
   begin_.push_back(static_cast<std::int32_t>(list_.size()));
 }
 
-Explanation SceneModel::explain(const MergedPoint& point) const {
-  Explanation best;
-  float best_cost = std::numeric_limits<float>::infinity();
-  const Eigen::Vector3f p(point.x, point.y, point.z);
-  const Eigen::Vector3f ray(point.ux, point.uy, point.uz);
+bool SceneModel::weigh(std::int32_t index, const MergedPoint& point, Candidate& out) const {
   const auto tolerance = static_cast<float>(params_.shape_tolerance);
   const auto sigmas = static_cast<float>(params_.noise_sigmas);
-  const auto site = static_cast<std::size_t>(siteOf(p.x(), p.y(), p.z()));
-  for (std::int32_t e = begin_[site]; e < begin_[site + 1]; ++e) {
-    const std::int32_t i = list_[static_cast<std::size_t>(e)];
-    const Piece& piece = pieces_[static_cast<std::size_t>(i)];
-    const Eigen::Vector3f local = piece.R_world_solid.transpose() * (p - piece.centre);
-    const float gap = (local.cwiseAbs() - piece.half).maxCoeff();
-    if (gap > kLargestMargin || gap > tolerance + sigmas * point.sigma) {
-      continue;
-    }
-    const SurfaceDistance s = surfaceDistance(piece.shape, piece.size, local);
-    const Eigen::Vector3f normal = piece.R_world_solid * s.normal;
-    const float cosine = ray.dot(normal);
-    const float noise = point.sigma * std::abs(cosine);
-    if (s.distance > std::min(kLargestMargin, tolerance + sigmas * noise)) {
-      continue;
-    }
-    const float variance = noise * noise + tau2_;
-    const float cost = s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
-    if (cost < best_cost) {
-      best_cost = cost;
-      best = {i, piece.object, s.distance, normal};
+  const Piece& piece = pieces_[static_cast<std::size_t>(index)];
+  const Eigen::Vector3f local = piece.R_world_solid.transpose() * (Eigen::Vector3f(point.x, point.y, point.z) - piece.centre);
+  const float slack = tolerance + sigmas * point.sigma;
+  if ((local.cwiseAbs() - piece.half).maxCoeff() > std::min(kLargestMargin, slack)) {
+    return false;
+  }
+  const SurfaceDistance s = surfaceDistance(piece.shape, piece.size, local);
+  const Eigen::Vector3f normal = piece.R_world_solid * s.normal;
+  const float cosine = Eigen::Vector3f(point.ux, point.uy, point.uz).dot(normal);
+  const float noise = point.sigma * std::abs(cosine);
+  if (s.distance > std::min(kLargestMargin, tolerance + sigmas * noise)) {
+    return false;
+  }
+  const float variance = noise * noise + tau2_;
+  const float cost = s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
+  out = {index, s, normal, cost, slack};
+  return true;
+}
+
+const SceneModel::Candidate& SceneModel::firstMet(const MergedPoint& point, const Candidate& likeliest) const {
+  const Candidate* best = &likeliest;
+  float first = std::numeric_limits<float>::infinity();
+  const Eigen::Vector3f ray(point.ux, point.uy, point.uz);
+  const Eigen::Vector3f start = Eigen::Vector3f(point.x, point.y, point.z) - kLookBack * ray;
+  for (const Candidate& candidate : candidates_) {
+    const Piece& piece = pieces_[static_cast<std::size_t>(candidate.piece)];
+    const Eigen::Matrix3f R_solid_world = piece.R_world_solid.transpose();
+    const float entry = rayEntry(piece.shape, piece.size, R_solid_world * (start - piece.centre), R_solid_world * ray);
+    if (entry < first && std::abs(entry - kLookBack) <= candidate.slack) {
+      first = entry;
+      best = &candidate;
     }
   }
-  return best;
+  return *best;
+}
+
+Explanation SceneModel::explain(const MergedPoint& point) const {
+  candidates_.clear();
+  std::size_t likeliest = 0;
+  bool several = false;
+  const auto site = static_cast<std::size_t>(siteOf(point.x, point.y, point.z));
+  for (std::int32_t e = begin_[site]; e < begin_[site + 1]; ++e) {
+    Candidate candidate;
+    if (!weigh(list_[static_cast<std::size_t>(e)], point, candidate)) {
+      continue;
+    }
+    candidates_.push_back(candidate);
+    several = several || objectOf(candidate.piece) != objectOf(candidates_.front().piece);
+    likeliest = candidate.cost < candidates_[likeliest].cost ? candidates_.size() - 1 : likeliest;
+  }
+  if (candidates_.empty()) {
+    return {};
+  }
+  const Candidate& chosen = several ? firstMet(point, candidates_[likeliest]) : candidates_[likeliest];
+  return {chosen.piece, objectOf(chosen.piece), chosen.surface.distance, chosen.normal};
 }
 
 Explanation SceneModel::nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const {

@@ -29,7 +29,8 @@ class SceneModel {
   /// Finishes a set: lists the solids near each part of the volume.
   void index();
 
-  /// The most likely surface within the noise of the point. `scale` narrows (< 1) the noise it may be off by.
+  /// The surface a point lies on within its noise. Noise moves a point along its ray only: where several objects are near,
+  /// it is the one whose solid the ray meets first.
   [[nodiscard]] Explanation explain(const MergedPoint& point) const;
   /// The nearest solid of all whose object `wanted` marks, within `reach` metres.
   [[nodiscard]] Explanation nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const;
@@ -51,6 +52,16 @@ class SceneModel {
     Eigen::Vector3f centre;  // of the solid, world
     Eigen::Vector3f extent;  // half extents in the world's axes
   };
+  /// A solid near a point, while it is being decided.
+  struct Candidate {
+    std::int32_t piece;
+    SurfaceDistance surface;
+    Eigen::Vector3f normal;
+    float cost;
+    float slack;  // how far along the ray the point may be off, metres
+  };
+  [[nodiscard]] bool weigh(std::int32_t piece, const MergedPoint& point, Candidate& out) const;
+  [[nodiscard]] const Candidate& firstMet(const MergedPoint& point, const Candidate& likeliest) const;
   struct Range {
     int low[3];
     int high[3];
@@ -67,6 +78,7 @@ class SceneModel {
   std::vector<Piece> pieces_;
   std::vector<std::int32_t> begin_;     // first entry of each site in list_
   std::vector<std::int32_t> list_;      // solids near each site
+  mutable std::vector<Candidate> candidates_;
 };
 
 }  // namespace yarm::perception

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace yarm::perception {
 
@@ -46,6 +47,53 @@ SurfaceDistance cylinderDistance(float radius, float half, const Eigen::Vector3f
 
 SurfaceDistance capsuleDistance(float radius, float half, const Eigen::Vector3f& p) {
   return sphereDistance(radius, {p.x(), p.y(), p.z() - std::clamp(p.z(), -half, half)});
+}
+
+constexpr float kMiss = std::numeric_limits<float>::infinity();
+
+float enterBox(const Eigen::Vector3f& half, const Eigen::Vector3f& o, const Eigen::Vector3f& d) {
+  float enter = 0.F;
+  float leave = kMiss;
+  for (int a = 0; a < 3; ++a) {
+    if (std::abs(d[a]) < kTiny) {
+      if (std::abs(o[a]) > half[a]) {
+        return kMiss;
+      }
+      continue;
+    }
+    const float near = (-std::copysign(half[a], d[a]) - o[a]) / d[a];
+    const float far = (std::copysign(half[a], d[a]) - o[a]) / d[a];
+    enter = std::max(enter, near);
+    leave = std::min(leave, far);
+  }
+  return enter > 0.F && enter <= leave ? enter : kMiss;
+}
+
+/// Entry into a ball (squared terms of all axes) or an endless tube (of x and y only).
+float enterRound(float radius, const Eigen::Vector3f& o, const Eigen::Vector3f& d) {
+  const float a = d.squaredNorm();
+  const float b = o.dot(d);
+  const float disc = b * b - a * (o.squaredNorm() - radius * radius);
+  if (a < kTiny || disc < 0.F) {
+    return kMiss;
+  }
+  const float t = (-b - std::sqrt(disc)) / a;
+  return t > 0.F ? t : kMiss;
+}
+
+float enterTube(float radius, float half, const Eigen::Vector3f& o, const Eigen::Vector3f& d) {
+  const float t = enterRound(radius, {o.x(), o.y(), 0.F}, {d.x(), d.y(), 0.F});
+  return t < kMiss && std::abs(o.z() + t * d.z()) <= half ? t : kMiss;
+}
+
+float enterCylinder(float radius, float half, const Eigen::Vector3f& o, const Eigen::Vector3f& d) {
+  float best = enterTube(radius, half, o, d);
+  if (std::abs(d.z()) > kTiny) {
+    const float t = (-std::copysign(half, d.z()) - o.z()) / d.z();
+    const Eigen::Vector3f p = o + t * d;
+    best = t > 0.F && p.head<2>().squaredNorm() <= radius * radius ? std::min(best, t) : best;
+  }
+  return best;
 }
 
 int steps(float length, float pitch) { return std::max(1, static_cast<int>(std::ceil(length / pitch))); }
@@ -115,6 +163,24 @@ SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size,
       break;
   }
   return boxDistance(0.5F * size, point);
+}
+
+float rayEntry(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& origin,
+               const Eigen::Vector3f& direction) {
+  const float half = 0.5F * size.z();
+  const Eigen::Vector3f cap(0.F, 0.F, half);
+  switch (shape) {
+    case Solid::Shape::kSphere:
+      return enterRound(size.x(), origin, direction);
+    case Solid::Shape::kCylinder:
+      return enterCylinder(size.x(), half, origin, direction);
+    case Solid::Shape::kCapsule:
+      return std::min({enterTube(size.x(), half, origin, direction), enterRound(size.x(), origin - cap, direction),
+                       enterRound(size.x(), origin + cap, direction)});
+    case Solid::Shape::kBox:
+      break;
+  }
+  return enterBox(0.5F * size, origin, direction);
 }
 
 Eigen::Vector3f halfExtents(Solid::Shape shape, const Eigen::Vector3f& size) {

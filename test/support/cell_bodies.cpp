@@ -70,9 +70,10 @@ void moveAnkurbot(Scene& scene, const std::string& name, double x, double y, dou
 
 void addDebris(Scene& scene, const std::string& name, double x, double y, double yaw_rad, double rest_z) {
   Body body{name, pc::ObjectKind::kDebris, false, true, true, name, {name}, {}};
-  body.solids = {solid(Shape::kBox, {0.15, 0.06, 0.012}, {0.0, 0.0, -0.014}, name),
-                 solid(Shape::kBox, {0.03, 0.03, 0.028}, {-0.05, 0.0, 0.006}, name),
-                 solid(Shape::kBox, {0.12, 0.025, 0.02}, {0.0, 0.0, 0.01}, name)};
+  body.solids = {solid(Shape::kBox, {0.15, 0.06, 0.014}, {0.0, 0.0, -0.013}, name),
+                 solid(Shape::kBox, {0.03, 0.04, 0.014}, {-0.055, 0.0, 0.0}, name),
+                 solid(Shape::kBox, {0.11, 0.04, 0.015}, {-0.015, 0.0, 0.0125}, name),
+                 solid(Shape::kBox, {0.04, 0.04, 0.012}, {0.05, 0.0, 0.008}, name)};
   scene.bodies.push_back(body);
   scene.poses[name] = pose(x, y, rest_z + 0.02, yaw_rad);
 }

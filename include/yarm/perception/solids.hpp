@@ -16,6 +16,11 @@ struct SurfaceDistance {
 /// Distance of a point (solid's own frame) to the surface of a solid.
 [[nodiscard]] SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& point);
 
+/// Where a ray first enters a solid (solid's own frame): the multiple of `direction` from `origin`, +inf when it misses or
+/// when the origin lies inside.
+[[nodiscard]] float rayEntry(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& origin,
+                             const Eigen::Vector3f& direction);
+
 /// Half extents of the smallest axis-aligned box (solid's own frame) around a solid, metres.
 [[nodiscard]] Eigen::Vector3f halfExtents(Solid::Shape shape, const Eigen::Vector3f& size);
 
