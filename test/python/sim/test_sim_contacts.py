@@ -1,0 +1,54 @@
+"""Who may touch whom."""
+
+from __future__ import annotations
+
+import pytest
+
+from yarm.sim.contacts import ContactKind, Side, contact_kind
+
+WHEEL, BODY = Side("ankurbot_1", "Mobile", "fl_wheel"), Side("ankurbot_1", "Mobile", "base_link")
+EE, ARM = Side("ankurbot_1", "Mobile", "ee"), Side("ankurbot_1", "Mobile", "arm")
+OTHER = Side("ankurbot_2", "Mobile", "arm")
+FLOOR, PART, TABLE = Side("floor", "Floor", "floor"), Side("table", "Obstacle", "part"), Side("table", "Obstacle", "table")
+STAND = Side("stand", "Obstacle", "stand")
+SANDER, LINK, BASE = (Side("hc10_barc", "Manipulator", link) for link in ("sander", "link_4_r", "base_link"))
+DEBRIS, DEBRIS_2 = Side("debris_1", "Debris", "base_link"), Side("debris_2", "Debris", "base_link")
+OK, BAD, SANDED = ContactKind.ALLOWED, ContactKind.FAILURE, ContactKind.SANDER_DEBRIS
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "kind"),
+    [
+        (WHEEL, FLOOR, OK),
+        (BODY, FLOOR, BAD),
+        (WHEEL, TABLE, BAD),
+        (BASE, STAND, OK),
+        (LINK, STAND, BAD),
+        (DEBRIS, PART, OK),
+        (DEBRIS, TABLE, OK),
+        (DEBRIS, FLOOR, OK),
+        (DEBRIS, STAND, BAD),
+        (SANDER, PART, OK),
+        (SANDER, TABLE, BAD),
+        (LINK, PART, BAD),
+        (SANDER, DEBRIS, SANDED),
+        (LINK, DEBRIS, BAD),
+        (EE, DEBRIS, OK),
+        (EE, DEBRIS_2, BAD),
+        (ARM, DEBRIS, BAD),
+        (EE, PART, BAD),
+        (EE, OTHER, BAD),
+        (ARM, LINK, BAD),
+        (EE, SANDER, BAD),
+        (STAND, FLOOR, OK),
+    ],
+)
+def test_pairs_in_either_order(a: Side, b: Side, kind: ContactKind) -> None:
+    goals = {"ankurbot_1": "debris_1"}
+    assert contact_kind(a, b, goals) is kind
+    assert contact_kind(b, a, goals) is kind
+
+
+def test_without_goals_known_any_debris_is_an_end_effectors_goal() -> None:
+    assert contact_kind(EE, DEBRIS_2, {}) is OK
+    assert contact_kind(EE, DEBRIS_2, {"ankurbot_2": "debris_2"}) is BAD

@@ -1,0 +1,41 @@
+"""Scripted events fire once, at their trigger, after their delay."""
+
+from __future__ import annotations
+
+from yarm.sim.scene_events import Event, Script, Situation, Trigger
+
+
+def names(script: Script, now: Situation) -> list:
+    return [event.name for event in script.fired(now)]
+
+
+def test_time_and_delay() -> None:
+    script = Script((Event("late", Trigger(time_s=2.0, after_s=0.5), delete="x"),))
+    assert names(script, Situation(1.9)) == []
+    assert names(script, Situation(2.0)) == []
+    assert names(script, Situation(2.4)) == []
+    assert names(script, Situation(2.5)) == ["late"]
+    assert names(script, Situation(3.0)) == []
+
+
+def test_commander_state_raster_and_distance() -> None:
+    script = Script(
+        (
+            Event("state", Trigger(state="BOUNDLESS"), delete="x"),
+            Event("raster", Trigger(raster=0.5), delete="x"),
+            Event("near", Trigger(robot="r", near="d", below_m=0.5), delete="x"),
+        )
+    )
+    assert names(script, Situation(0.0, "MENU", 0.4, {"r": (0.0, 0.0), "d": (0.5, 0.0)})) == []
+    assert names(script, Situation(1.0, "BOUNDLESS", 0.4, {"r": (0.0, 0.0)})) == ["state"]
+    assert names(script, Situation(2.0, "MENU", 0.5)) == ["raster"]
+    assert names(script, Situation(3.0, "", 0.0, {"r": (0.0, 0.0), "d": (0.3, 0.39)})) == ["near"]
+
+
+def test_an_event_can_be_tried_again() -> None:
+    event = Event("spawn", Trigger(time_s=1.0), delete="x")
+    script = Script((event,))
+    assert script.fired(Situation(1.0)) == (event,)
+    script.again(event, 2.0)
+    assert script.fired(Situation(1.5)) == ()
+    assert script.fired(Situation(2.0)) == (event,)
