@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The controls server against the kinematic stand-in: goals, refusals, preemption, old poses, robots that come and go."""
+"""The controls server against the kinematic stand-in: goals, refusals, preemption, old poses, robots that go."""
 
 from __future__ import annotations
 

@@ -268,7 +268,8 @@ class SanderMachine:
 
     def _send(self, motion: ArmMotion) -> None:
         self._motion, self._motion_start_s = motion, self._now_s
-        self._out.append(motion)
+        if motion.duration_s > 0.0:
+            self._out.append(motion)
 
     def _motion_done(self) -> bool:
         """Watch the motion: note where on the path the tip is, brake when told to."""

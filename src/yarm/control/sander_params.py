@@ -25,7 +25,7 @@ class SanderParams:
     sanding_speed_mps: float = param(0.1, "m/s", "speed of the tip on the part", 0.01, 0.5)
     sanding_acceleration_mps2: float = param(0.5, "m/s^2", "of the tip", 0.05, 5.0)
     approach_speed_mps: float = param(0.4, "m/s", "speed of the tip when it lifts or comes down", 0.02, 1.0)
-    stop_s: float = param(0.2, "s", "a motion is brought to rest in this time", 0.05, 1.0)
+    stop_s: float = param(0.15, "s", "a motion is brought to rest in this time", 0.05, 1.0)
     joint_share: float = param(0.5, "", "share of the joints' greatest speeds used by free moves", 0.05, 0.95)
     joint_acceleration: float = param(2.0, "rad/s^2", "of each joint in free moves", 0.1, 20.0)
     margin_m: float = param(0.02, "m", "distance kept to stand, table, part and the arm itself", 0.0, 0.1)
