@@ -19,9 +19,9 @@ from yarm.planning.bitboard import Layers, dilated, overlap
 from yarm.planning.cspace import Pose, ShapeCache
 from yarm.planning.fleet import Fleet
 from yarm.planning.params import PlannerParams
-from yarm.planning.search import Path
+from yarm.planning.search import Path, Roadmap
 from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan, Waypoint
-from yarm.planning.world import World, roadmap_of, turns_of, why_not
+from yarm.planning.world import World, turns_of, why_not
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class BaselinePlanner(ABC):
         world = World.of(request, self._turns, self._cache)
         rounds = 0
         if world is not None:
-            fleet = Fleet(world.spaces, world.targets, roadmap_of(np.zeros((0, 2), dtype=np.int64)))
+            fleet = Fleet(world.spaces, world.targets, Roadmap(np.zeros((0, 2), dtype=np.int64)))
             active = []
             for i, robot in enumerate(world.robots):
                 if world.targets[i] is None or robot.name in plans:
