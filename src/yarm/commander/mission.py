@@ -230,7 +230,9 @@ class Mission(Work):
                 self.finish("failed", self.reason)
         elif self._deleting:
             self.reason = f"waiting for the deletion of {', '.join(sorted(self._deleting))}"
-        elif waited >= params.linger_s:
+        elif waited < params.linger_s:
+            self.reason = "no task is open"
+        else:
             self.finish("succeeded")
 
     def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
