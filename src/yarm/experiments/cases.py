@@ -18,6 +18,7 @@ class Case:
         limit_s: simulated seconds the mission may take.
         min_pauses: the manipulator must have paused at least this often.
         min_replans: a path must have changed under way at least this often.
+        refusals: a goal given up with a reason is no fault.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Case:
     limit_s: float = 180.0
     min_pauses: int = 0
     min_replans: int = 0
+    refusals: bool = False
 
 
 CASES: Mapping[str, Case] = {
@@ -35,6 +37,7 @@ CASES: Mapping[str, Case] = {
         Case("3m", "three robots cross, the HC10 tucked away", 240.0),
         Case("single", "one robot past the table, no HC10", 120.0),
         Case("1m1ma_target", "one robot to a target past the sanding HC10", 240.0),
+        Case("soak", "missions repeated with debris at random", refusals=True),
     )
 }
 

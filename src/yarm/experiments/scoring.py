@@ -25,9 +25,9 @@ def judge(
     if not goals:
         faults.append("no goal was ever seen by the Commander")
     for goal in goals:
-        if not math.isfinite(goal.declared_s):
+        if not math.isfinite(goal.declared_s) and not (case.refusals and refused(goal)):
             faults.append(f"{goal.name} was not reached ({goal.status or 'no status'}): {goal.reason or 'no reason'}")
-        elif not goal.reached:
+        elif math.isfinite(goal.declared_s) and not goal.reached:
             faults.append(
                 f"{goal.name} was declared reached while {goal.robot or 'nobody'} stood {goal.distance_m:.2f} m away "
                 f"(limit {arrival_limit_m:.2f} m)"
@@ -44,3 +44,8 @@ def judge(
     if replans < case.min_replans:
         faults.append(f"paths changed {replans} times under way, {case.min_replans} expected")
     return tuple(faults)
+
+
+def refused(goal: GoalRecord) -> bool:
+    """The Commander gave the goal up and said why."""
+    return math.isnan(goal.declared_s) and goal.status in ("unreachable", "failed") and bool(goal.reason)

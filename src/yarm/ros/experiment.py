@@ -8,7 +8,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -17,14 +17,16 @@ from yarm.experiments.cases import Case, case_of, expected_goals
 from yarm.experiments.plots import plot_run
 from yarm.experiments.record import RunInfo, RunRecord
 from yarm.experiments.recorder import Recorder
+from yarm.experiments.soak import MissionRow, judge_soak, soak_line
 from yarm.experiments.tables import summary_table
-from yarm.experiments.writers import write_run
+from yarm.experiments.writers import write_rows, write_run
 from yarm.geometry import BoolArray, CellMap, GridSpec
 from yarm.ros import names
 from yarm.ros.conversions import parse_map_metadata
 from yarm.ros.experiment_inputs import ExperimentInputs
 from yarm.ros.experiment_mission import MissionDriver, MissionError
 from yarm.ros.experiment_params import ExperimentParams
+from yarm.ros.experiment_soak import Soak
 from yarm.ros.experiment_usage import UsageMeter
 from yarm.ros.params import load_params
 from yarm.sim.scene import SceneError, load_scene
@@ -40,10 +42,13 @@ class Experiment:
     def __init__(self, params: ExperimentParams) -> None:
         """Listen; nothing is driven yet."""
         self._params = params
-        self._case: Case = case_of(Path(params.case).stem)
+        self._case: Case = case_of("soak" if params.soak_s > 0.0 else Path(params.case).stem)
         self._inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0, params.path_period_s))
         self._driver = MissionDriver(self._inputs, params, self._progress)
         self._meter = UsageMeter()
+        self._soak: Optional[Soak] = None
+        if params.soak_s > 0.0:
+            self._soak = Soak(self._inputs, self._driver, self._meter, params.seed, say)
         self._said_wall = 0.0
         self._said_sim_s = 0.0
         self._began: Tuple[float, float, int] = (0.0, time.monotonic(), 0)
@@ -55,9 +60,13 @@ class Experiment:
             self._driver.await_start()
             self._driver.switch_on_and_calibrate()
             self._begin()
-            limit_s = self._params.limit_s or self._case.limit_s
-            self._driver.run_mode(expected_goals(load_scene(self._params.case)), limit_s)
-        except (MissionError, SceneError) as error:
+            if self._soak is not None:
+                self._driver.enter_mode()
+                self._soak.run(self._params.soak_s)
+            else:
+                limit_s = self._params.limit_s or self._case.limit_s
+                self._driver.run_mode(expected_goals(load_scene(self._params.case)), limit_s)
+        except (MissionError, SceneError, rospy.ServiceException) as error:
             failure = str(error)
         record = self._finish(failure)
         if self._params.cleanup and not failure:
@@ -68,6 +77,9 @@ class Experiment:
         """Write the results; the folder they are in."""
         folder = Path(self._params.results) / self._case.name / str(self._params.seed)
         write_run(record, folder)
+        if self._soak is not None:
+            write_rows(folder / "missions.csv", MissionRow, self._soak.rows)
+            say(soak_line(self._soak.rows))
         if self._params.plots:
             cell_map = newest_map()
             spec = cell_map.spec if cell_map is not None else GridSpec()
@@ -102,10 +114,14 @@ class Experiment:
             versions(),
             parameters(),
         )
+        lost = self._meter.lost()
+        usage = self._meter.finish(sets)
         with self._inputs.lock:
-            return self._inputs.recorder.finish(
-                info, self._case, self._params.arrival_limit_m, self._meter.finish(sets)
-            )
+            record = self._inputs.recorder.finish(info, self._case, self._params.arrival_limit_m, usage)
+        if self._soak is not None:
+            faults = judge_soak(record.usage, lost, self._soak.rows, self._params.memory_limit_mb)
+            record = replace(record, success=record.success and not faults, faults=(*record.faults, *faults))
+        return record
 
     def _clean_up(self, record: RunRecord) -> RunRecord:
         try:

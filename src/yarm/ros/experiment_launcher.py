@@ -34,6 +34,8 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--bag", action="store_true", help="record a bag beside the results")
     options.add_argument("--cleanup", action="store_true", help="send everybody home at the end")
     options.add_argument("--results", default="results", help="folder for <case>/<seed>/")
+    options.add_argument("--speed", type=float, default=1.0, help="greatest speed of the simulation; 0: no limit")
+    options.add_argument("--soak", type=float, default=0.0, help="simulated seconds to go on with random debris")
     options.add_argument("--wall-limit", type=float, default=900.0, help="seconds after which it is stopped")
     options.add_argument("--port", type=int, default=0, help="port of its own ROS master; 0 takes a free one")
     return options
@@ -42,7 +44,11 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: Sequence[str]) -> int:
     """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
     options = parser().parse_args(arguments)
-    folder = Path(options.results).resolve() / Path(options.case).stem / str(options.seed)
+    folder = (
+        Path(options.results).resolve()
+        / ("soak" if options.soak > 0.0 else Path(options.case).stem)
+        / str(options.seed)
+    )
     summary = folder / "summary.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     if summary.exists():
@@ -66,6 +72,8 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "mode": options.mode,
         "planner": options.planner,
         "particles": options.particles,
+        "speed": options.speed,
+        "soak_s": options.soak,
         "results": Path(options.results).resolve(),
     }
     flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}

@@ -38,6 +38,7 @@ class MissionDriver:
         self._inputs = inputs
         self._params = params
         self._on_wait = on_wait
+        self._asked_s = 0.0
         self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
 
     def await_start(self) -> None:
@@ -50,7 +51,7 @@ class MissionDriver:
                 return
             if time.monotonic() - began > limit_s:
                 raise MissionError(f"after {limit_s:.0f} s of wall time still missing: {missing}")
-            self._pause(f"waiting for {missing}")
+            self.pause(f"waiting for {missing}")
 
     def switch_on_and_calibrate(self) -> None:
         """From wherever it starts to CALIBRATION, done; redone once when it fails."""
@@ -66,6 +67,19 @@ class MissionDriver:
                 self._request("calibrate once more", current_state=True)
         raise MissionError(f"calibration ended {outcome!r}: {reason}")
 
+    def enter_mode(self) -> None:
+        """Enter the mode that was asked for."""
+        self._request(f"enter mode {self._params.mode}", jump_state=MODES[self._params.mode])
+
+    def idle(self) -> bool:
+        """The mode's work is done."""
+        return self._idle_in(MODES[self._params.mode])
+
+    def ask_for_more(self, required: bool = True) -> None:
+        """Within the mode and idle: look for more tasks; at most once a second unless required."""
+        if self.idle() and (required or self.now_s() - self._asked_s >= ASK_AGAIN_S):
+            self._request("look for more tasks", current_state=True)
+
     def run_mode(self, expected: FrozenSet[str], limit_s: float) -> None:
         """Enter the mode and wait until every expected goal has ended, asking for more work when there was none.
 
@@ -73,12 +87,7 @@ class MissionDriver:
             expected: names of the goals that are there or will come.
             limit_s: simulated time this may take, s.
         """
-        mode = MODES[self._params.mode]
-        self._request(f"enter mode {self._params.mode}", jump_state=mode)
-        self.continue_mode(expected, limit_s)
-
-    def continue_mode(self, expected: FrozenSet[str], limit_s: float) -> None:
-        """Within the mode: wait until every expected goal has ended."""
+        self.enter_mode()
         mode = MODES[self._params.mode]
         end_s = self.now_s() + limit_s
         while self.now_s() < end_s:
@@ -88,7 +97,7 @@ class MissionDriver:
                 return
             asked_s = self.now_s()
             self._wait_for(lambda at=asked_s: self.now_s() > at + ASK_AGAIN_S, 10.0, "more work")  # type: ignore[misc]
-            self._request("look for more tasks", current_state=True)
+            self.ask_for_more()
         left = expected - self.ended_goals()
         raise MissionError(f"after {limit_s:.0f} s of simulated time not done: {', '.join(sorted(left)) or 'the mode'}")
 
@@ -113,6 +122,17 @@ class MissionDriver:
         with self._inputs.lock:
             goals = self._inputs.recorder.goals
         return {g.name for g in goals if math.isfinite(g.declared_s) or g.status in ENDED}
+
+    def pause(self, what: str) -> None:
+        """Wait a moment of wall time.
+
+        Raises:
+            MissionError: ROS is shutting down.
+        """
+        if rospy.is_shutdown():
+            raise MissionError("ROS is shutting down")
+        self._on_wait(what)
+        time.sleep(POLL_S)
 
     def _missing(self) -> str:
         if self.now_s() <= 0.0:
@@ -152,7 +172,7 @@ class MissionDriver:
         began_s = moved_s = self.now_s()
         moved_wall = time.monotonic()
         while not done():
-            self._pause(what)
+            self.pause(what)
             now_s = self.now_s()
             if now_s > moved_s:
                 moved_s, moved_wall = now_s, time.monotonic()
@@ -162,9 +182,3 @@ class MissionDriver:
                 raise MissionError(
                     f"{what}: simulated time has stood still at {now_s:.2f} s for {self._params.stall_limit_s:.0f} s"
                 )
-
-    def _pause(self, what: str) -> None:
-        if rospy.is_shutdown():
-            raise MissionError("ROS is shutting down")
-        self._on_wait(what)
-        time.sleep(POLL_S)

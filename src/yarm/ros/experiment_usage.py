@@ -58,6 +58,10 @@ class UsageMeter:
             rows.append(NodeUsage(title, used_s / wall_s, per_frame, first.memory_mb, last.memory_mb))
         return rows
 
+    def memory_mb(self) -> float:
+        """Resident memory of all processes now, MB."""
+        return sum(reading.memory_mb for reading in self._read().values())
+
     def lost(self) -> List[str]:
         """Nodes whose process has ended since ``start``."""
         return sorted(title for title, process in self._processes.values() if not process.is_running())
