@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pybullet
 
 from yarm.geometry import quaternion_from_rpy, transform_matrix
 from yarm.geometry.urdf import Solid
@@ -44,6 +45,8 @@ def thing_body(client: int, spec: ThingSpec) -> Body:
 def _debris(client: int, spec: ThingSpec) -> Body:
     text, model = description("debris.urdf.xacro")
     uid = load_urdf(client, text, (spec.x, spec.y, spec.z), spec.yaw_rad, fixed=False)
+    # Without anchors, friction lets a body at rest creep by some mm a minute.
+    pybullet.changeDynamics(uid, -1, frictionAnchor=1, physicsClientId=client)
     solids = tuple(FramedSolid(spec.name, solid, solid.T_link_solid) for solid in model.solids)
     return Body(spec.name, "Debris", True, spec.name, (spec.name,), solids, (uid,))
 

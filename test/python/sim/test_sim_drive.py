@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from yarm.sim.drive import CASTER_XY_M, turning_centre, wheel_speeds
@@ -38,6 +38,7 @@ def test_turning_about_the_body_centre() -> None:
     assert np.abs(speeds) == pytest.approx(np.full(4, 0.15 * math.sqrt(2.0)))
 
 
+@settings(max_examples=50, deadline=None)
 @given(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0), st.floats(-2.0, 2.0), st.integers(0, 15))
 def test_every_wheel_moves_as_the_rigid_body_does(x: float, y: float, rate: float, flips: int) -> None:
     """Whichever way round a wheel stands, its speed along its heading is that of the turning body there."""
