@@ -15,9 +15,10 @@ from yarm.geometry import FloatArray
 from yarm.planning.types import FleetPlan, PlanRequest, Robot, Waypoint
 
 Cell = Tuple[int, int, int]
-STEP_CELLS = 0.1
+STEP_CELLS = 0.2
 """Way of a robot's outermost point between two looks, cells."""
-_POINTS = np.array([-0.49, -0.25, 0.0, 0.25, 0.49])
+_CODE = 1 << 20
+_POINTS = np.array([-0.49, 0.0, 0.49])
 
 
 def touches(request: PlanRequest, plan: FleetPlan) -> List[str]:
@@ -86,8 +87,10 @@ def _simulate(request: PlanRequest, robot: Robot, step: Waypoint) -> Set[Cell]:
         ]
         all_x = np.concatenate([look[0] for look in looks]) / size_x + robot.column[0]
         all_y = np.concatenate([look[1] for look in looks]) / size_y + robot.column[1]
-        where = set(zip(np.rint(all_x).astype(int).tolist(), np.rint(all_y).astype(int).tolist()))
-        entered |= {(cx, cy, z) for cx, cy in where for z in heights}
+        codes = np.unique(np.rint(all_x).astype(np.int64) * _CODE + np.rint(all_y).astype(np.int64) + _CODE // 2)
+        for code in codes.tolist():
+            cx, cy = divmod(code, _CODE)
+            entered.update((cx, cy - _CODE // 2, z) for z in heights)
     return entered
 
 
