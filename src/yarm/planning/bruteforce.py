@@ -11,7 +11,6 @@ from typing import Dict, List, Set, Tuple
 
 import numpy as np
 
-from yarm.geometry import FloatArray
 from yarm.planning.types import FleetPlan, PlanRequest, Robot, Waypoint
 
 Cell = Tuple[int, int, int]
@@ -78,22 +77,13 @@ def _simulate(request: PlanRequest, robot: Robot, step: Waypoint) -> Set[Cell]:
     for (dx, dy), heights in columns.items():
         x, y = (dx + u.ravel()) * size_x, (dy + v.ravel()) * size_y
         reach = max(abs(dx), abs(dy)) + 1.0
-        turns = max(1, math.ceil(abs(angle) * reach * 1.5 / STEP_CELLS))
-        looks = [_turned(x, y, angle * k / turns) for k in range(turns + 1)]
-        last_x, last_y = looks[-1]
-        slides = max(1, math.ceil(math.hypot(*way) / STEP_CELLS))
-        looks += [
-            (last_x + way[0] * size_x * k / slides, last_y + way[1] * size_y * k / slides) for k in range(slides + 1)
-        ]
-        all_x = np.concatenate([look[0] for look in looks]) / size_x + robot.column[0]
-        all_y = np.concatenate([look[1] for look in looks]) / size_y + robot.column[1]
+        angles = np.linspace(0.0, angle, max(2, math.ceil(abs(angle) * reach * 1.5 / STEP_CELLS)))[:, None]
+        turned_x, turned_y = np.cos(angles) * x - np.sin(angles) * y, np.sin(angles) * x + np.cos(angles) * y
+        part = np.linspace(0.0, 1.0, max(2, math.ceil(math.hypot(*way) / STEP_CELLS)))[:, None]
+        all_x = np.concatenate([turned_x, turned_x[-1] + part * way[0] * size_x]).ravel() / size_x + robot.column[0]
+        all_y = np.concatenate([turned_y, turned_y[-1] + part * way[1] * size_y]).ravel() / size_y + robot.column[1]
         codes = np.unique(np.rint(all_x).astype(np.int64) * _CODE + np.rint(all_y).astype(np.int64) + _CODE // 2)
         for code in codes.tolist():
             cx, cy = divmod(code, _CODE)
             entered.update((cx, cy - _CODE // 2, z) for z in heights)
     return entered
-
-
-def _turned(x: FloatArray, y: FloatArray, angle: float) -> Tuple[FloatArray, FloatArray]:
-    c, s = math.cos(angle), math.sin(angle)
-    return c * x - s * y, s * x + c * y
