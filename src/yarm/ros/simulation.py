@@ -25,6 +25,7 @@ from yarm.sim.world import STEPS_PER_SECOND, TICK_S, SpawnError, World
 
 BACKLOG_S = 0.25
 """After a hold-up the loop makes up at most this much wall time, s."""
+SHUTDOWN_S = 1.0
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
 SYNC_EVENT_TICKS = 30
 """In lock-step, events that wait for messages are looked at this often, so that they fire at the same tick each time."""
@@ -269,3 +270,8 @@ def main() -> None:
     except (ParamError, SceneError, SpawnError, SyncError) as error:
         rospy.logfatal("%s", error)
         raise SystemExit(1) from error
+    except rospy.ROSException:
+        # Topics close under the loop's hands when the node is told to stop, some before it is known to stop.
+        rospy.rostime.wallsleep(SHUTDOWN_S)
+        if not rospy.is_shutdown():
+            raise

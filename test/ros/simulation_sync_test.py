@@ -1,0 +1,151 @@
+#!/usr/bin/env python3
+"""Lock-step of the simulated cell, with this test as every other node."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import subprocess
+import sys
+import threading
+import time
+import unittest
+from typing import Any, Dict, List, Tuple
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from yarm.msg import MapMetaData, StepAck
+
+from yarm.resources import resource
+from yarm.ros import names
+
+WALL_LIMIT_S = 90.0
+START_S = 20.0
+SETS = 30
+
+
+class Everyone:
+    """Plays controls server and Commander: acknowledges, drives, and hashes what it is shown."""
+
+    def __init__(self, mute_after: int = 10**9, short: bool = False) -> None:
+        """Be silent after so many ticks; claim one command more than were sent when ``short``."""
+        self.changed = threading.Condition()
+        self.mute_after, self.short = mute_after, short
+        self.sent = 0
+        self.poses: List[str] = []
+        self.clouds: Dict[int, str] = {}
+        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100)
+        self._metadata = rospy.Publisher(names.PLANNING_METADATA, MapMetaData, queue_size=100)
+        self._drive = rospy.Publisher(names.cmd_vel("ankurbot_1"), Twist, queue_size=100)
+        self._subscribers = [
+            rospy.Subscriber("/tf", TFMessage, self.on_tick, queue_size=100),
+            rospy.Subscriber(names.camera_points(2), rospy.AnyMsg, self.on_cloud, queue_size=100, buff_size=1 << 24),
+        ]
+
+    def close(self) -> None:
+        for thing in (*self._subscribers, self._ack, self._metadata, self._drive):
+            thing.unregister()
+
+    def on_tick(self, message: TFMessage) -> None:
+        stamp = message.transforms[0].header.stamp
+        if stamp.to_sec() >= START_S:
+            digest = hashlib.sha256(b"".join(struct.pack("<7d", *_numbers(t)) for t in message.transforms))
+            self.poses.append(digest.hexdigest())
+            if len(self.poses) > self.mute_after:
+                return
+            if self._drive.get_num_connections():
+                command = Twist()
+                command.linear.x = 0.01 * len(self.poses)
+                self._drive.publish(command)
+                self.sent += 1
+        self._ack.publish(StepAck(Header(stamp=stamp), rospy.get_name(), self.sent + int(self.short and self.sent > 9)))
+        with self.changed:
+            self.changed.notify_all()
+
+    def on_cloud(self, message: Any) -> None:
+        _, secs, nsecs = struct.unpack_from("<III", message._buff)
+        stamp = rospy.Time(secs, nsecs)
+        if stamp.to_sec() >= START_S:
+            self.clouds[stamp.to_nsec()] = hashlib.sha256(message._buff[12:]).hexdigest()
+        self._metadata.publish(MapMetaData(header=Header(stamp=stamp)))
+        self._ack.publish(StepAck(Header(stamp=stamp), "commander", 0))
+
+
+def _numbers(transform: Any) -> Tuple[float, ...]:
+    t, q = transform.transform.translation, transform.transform.rotation
+    return (t.x, t.y, t.z, q.x, q.y, q.z, q.w)
+
+
+class SyncTest(unittest.TestCase):
+    """Each check starts its own simulation."""
+
+    @property
+    def me(self) -> str:
+        return rospy.get_name().strip("/")
+
+    def start(self, **params: Any) -> subprocess.Popen:
+        values = {
+            "scene": "single", "sync": True, "sync_start": START_S, "real_time_factor": 0.0, "sync_timeout": 5.0,
+            "tick_participants": [self.me], "set_participants": ["commander"], **params,
+        }
+        rospy.set_param("/simulation", values)
+        command = [sys.executable, str(resource("scripts", "simulation"))]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(process.wait, WALL_LIMIT_S)
+        self.addCleanup(process.terminate)
+        return process
+
+    def run_sets(self) -> Tuple[List[str], List[str]]:
+        everyone = Everyone()
+        process = self.start()
+        limit = time.monotonic() + WALL_LIMIT_S
+        with everyone.changed:
+            while len(everyone.poses) < 2 * SETS + 4:
+                self.assertIsNone(process.poll(), "the simulation ended")
+                self.assertLess(time.monotonic(), limit, f"only {len(everyone.poses)} ticks came")
+                everyone.changed.wait(1.0)
+        process.terminate()
+        process.wait(WALL_LIMIT_S)
+        everyone.close()
+        stamps = sorted(everyone.clouds)[:SETS]
+        return everyone.poses[: 2 * SETS], [everyone.clouds[stamp] for stamp in stamps]
+
+    def test_a_two_runs_are_the_same_byte_for_byte(self) -> None:
+        poses, clouds = self.run_sets()
+        again_poses, again_clouds = self.run_sets()
+        self.assertEqual(poses, again_poses)
+        self.assertEqual(clouds, again_clouds)
+        self.assertGreater(len(set(poses)), SETS, "the robot moves")
+        self.assertEqual(len(set(clouds)), SETS, "every cloud has its own noise")
+
+    def ending(self, everyone: Everyone, process: subprocess.Popen) -> str:
+        output, _ = process.communicate(timeout=WALL_LIMIT_S)
+        everyone.close()
+        self.assertEqual(process.returncode, 1)
+        return output
+
+    def test_b_a_silent_participant_is_named(self) -> None:
+        everyone = Everyone(mute_after=7)
+        output = self.ending(everyone, self.start())
+        self.assertEqual(len(everyone.poses), 8, "time stands still")
+        self.assertIn(f"{self.me} has not acknowledged", output)
+
+    def test_c_commands_said_to_be_sent_are_waited_for(self) -> None:
+        output = self.ending(*self.pair(short=True))
+        self.assertIn(f"{self.me} says it sent", output)
+
+    def test_d_a_participant_that_never_comes_is_named(self) -> None:
+        output = self.ending(*self.pair(tick_participants=[self.me, "sander"], sync_start=2.0))
+        self.assertIn("lock-step cannot start: nothing heard from sander", output)
+
+    def pair(self, short: bool = False, **params: Any) -> Tuple[Everyone, subprocess.Popen]:
+        everyone = Everyone(short=short)
+        return everyone, self.start(**params)
+
+
+if __name__ == "__main__":
+    rospy.init_node("simulation_sync_test")
+    rostest.rosrun("yarm", "simulation_sync", SyncTest)
