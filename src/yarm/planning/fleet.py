@@ -7,7 +7,7 @@ by then. Moves that do not touch each other are later made at the same time (``j
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Collection, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from yarm.planning.bitboard import Layers, union
 from yarm.planning.cspace import Pose, RobotSpace, View, close_pair, margin_around
@@ -71,6 +71,10 @@ class Fleet:
             view = self.view(i, self.starts, range(len(self.spaces)))
             self._alone[i] = find_path(view, self.roadmap, self.starts[i], target)
         return self._alone.get(i)
+
+    def restrict(self, robots: Collection[int]) -> None:
+        """Let only some of the robots keep their targets."""
+        self.targets = tuple(target if i in robots else None for i, target in enumerate(self.targets))
 
     def satisfied(self, i: int, pose: Pose) -> bool:
         """Whether a robot at a pose is where it must be."""

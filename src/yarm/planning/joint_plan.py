@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
 from yarm.planning.bitboard import Layers, dilated, overlap
 from yarm.planning.cspace import Pose
 from yarm.planning.fleet import Fleet, Move, Poses
 
 
-def valid(fleet: Fleet, moves: Sequence[Move]) -> bool:
-    """Whether moves, made one after the other from where the robots stand, touch nothing and end on the targets."""
+def valid(fleet: Fleet, moves: Sequence[Move], robots: Iterable[int]) -> bool:
+    """Whether moves, made one after the other from where all stand, touch nothing and bring robots to their targets."""
     poses: Poses = fleet.starts
     for move in moves:
         if poses[move.robot] != move.start or not fleet.view(move.robot, poses).move(move.start, move.end):
             return False
         poses = (*poses[: move.robot], move.end, *poses[move.robot + 1 :])
-    return all(fleet.satisfied(i, pose) for i, pose in enumerate(poses))
+    return all(fleet.satisfied(i, poses[i]) for i in robots)
 
 
 def path_of(fleet: Fleet, moves: Sequence[Move], i: int) -> Tuple[Pose, ...]:
@@ -66,7 +66,7 @@ class StepChoice:
             split = self._split(index, tenths / 10.0)
             if split and not any(self._conflict(split[0], other) for other in earlier):
                 trial = [*self.moves[:index], *split, *self.moves[index + 1 :]]
-                if valid(self._fleet, trial):
+                if valid(self._fleet, trial, range(len(self._fleet.spaces))):
                     self.moves = trial
                     return split[0].end
         return None

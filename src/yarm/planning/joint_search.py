@@ -10,7 +10,7 @@ import numpy as np
 from yarm.planning.cspace import Pose
 from yarm.planning.fleet import Fleet, Move, Progress, free_path
 from yarm.planning.pushing import push_through, stroll
-from yarm.planning.search import Path, Target, find_path
+from yarm.planning.search import Path, Target, find_path, path_cost
 
 ORDERS = 24
 """Orders of the robots tried at most, each with and without pushing."""
@@ -19,22 +19,22 @@ ORDERS = 24
 class JointSearch:
     """Looks for a joint plan: orders of the robots, then pushing robots aside, then chance."""
 
-    def __init__(self, fleet: Fleet, order: Sequence[int], limit: int) -> None:
+    def __init__(self, fleet: Fleet, robots: Sequence[int], limit: int) -> None:
         """A search.
 
         Args:
             fleet: spaces and targets.
-            order: robots with a target that can be reached with no other robot there, most urgent first.
+            robots: those with a target, which can be reached with no other robot there.
             limit: rounds; in each one robot moves, or an order is given up.
         """
         self._fleet = fleet
-        self._order = tuple(order)
+        self._robots = tuple(robots)
         self._limit = limit
         self.rounds = 0
 
     def quick(self) -> Optional[List[Move]]:
         """Robots go to their targets one after the other, in the most promising order only."""
-        return self._in_order(_by_precedence(self._fleet, self._order), 0, None)
+        return self._in_order(_by_precedence(self._fleet, self._shortest_first()), 0, None)
 
     def run(self, rng: np.random.Generator) -> Optional[List[Move]]:
         """Moves that bring every robot to its target; None when none are found within the limit."""
@@ -44,15 +44,20 @@ class JointSearch:
                 if moves is not None or self.rounds >= self._limit:
                     return moves
         while self.rounds < self._limit:
-            candidate = tuple(int(i) for i in rng.permutation(self._order))
+            candidate = tuple(int(i) for i in rng.permutation(self._robots))
             moves = self._in_order(candidate, 4 * len(self._fleet.spaces), rng)
             if moves is not None:
                 return moves
         return None
 
+    def _shortest_first(self) -> List[int]:
+        fleet = self._fleet
+        views = {i: fleet.view(i, fleet.starts) for i in self._robots}
+        return sorted(self._robots, key=lambda i: (path_cost(views[i], fleet.alone(i) or ()), i))
+
     def _orders(self) -> Iterator[Tuple[int, ...]]:
         """Orders worth a trial: first the one in which robots clear the way of others and do not end in it."""
-        first = _by_precedence(self._fleet, self._order)
+        first = _by_precedence(self._fleet, self._shortest_first())
         if len(first) <= 4:
             yield from islice(permutations(first), ORDERS)
             return

@@ -20,6 +20,7 @@ State = Tuple[int, int]
 
 JOINED = 8
 """Particles that start, goal and added particles are joined with, besides each other."""
+_LONG_CELLS = 4
 
 
 @dataclass(frozen=True)
@@ -186,16 +187,36 @@ def path_cost(view: View, path: Sequence[Pose]) -> float:
 
 
 def shortened(view: View, path: Path, rounds: int = 4) -> Path:
-    """The path pulled tight along checked moves: corners left out, then corners shifted, while it gets shorter."""
-    poses = list(path)
+    """The path pulled tight along checked moves while it gets shorter.
+
+    Corners are left out, the others shifted; where that ends, corners are added between them and shifted in turn.
+    """
+    poses = _corners_left_out(view, list(path))
     cost = path_cost(view, poses)
     for _ in range(rounds):
-        poses = _corners_shifted(view, _corners_left_out(view, poses))
-        new = path_cost(view, poses)
-        if new > cost - 1e-9:
+        if len(poses) < 3:
             break
-        cost = new
+        trial = _corners_shifted(view, list(poses), (8, 4, 2, 1))
+        trial = _corners_shifted(view, _corners_added(view, trial), (2, 1))
+        trial = _corners_left_out(view, trial)
+        new = path_cost(view, trial)
+        if new > cost - 0.05:
+            break
+        poses, cost = trial, new
     return tuple(poses)
+
+
+def _corners_added(view: View, poses: List[Pose]) -> List[Pose]:
+    """A corner near the middle of every long straight way, where both halves are free."""
+    result = [poses[0]]
+    for a, b in zip(poses, poses[1:]):
+        if max(abs(b[0] - a[0]), abs(b[1] - a[1])) >= _LONG_CELLS:
+            x, y = (a[0] + b[0]) // 2, (a[1] + b[1]) // 2
+            around = [(x + dx, y + dy, b[2]) for dx in (0, 1, -1) for dy in (0, 1, -1)]
+            around.sort(key=lambda p: view.space.move_cost(a, p) + view.space.move_cost(p, b))
+            result += [p for p in around if view.stands(p) and view.move(a, p) and view.move(p, b)][:1]
+        result.append(b)
+    return result
 
 
 def _corners_left_out(view: View, poses: List[Pose]) -> List[Pose]:
@@ -216,9 +237,9 @@ def _corners_left_out(view: View, poses: List[Pose]) -> List[Pose]:
     return result
 
 
-def _corners_shifted(view: View, poses: List[Pose]) -> List[Pose]:
+def _corners_shifted(view: View, poses: List[Pose], steps: Sequence[int]) -> List[Pose]:
     space = view.space
-    for step in (8, 4, 2, 1):
+    for step in steps:
         for i in range(1, len(poses) - 1):
             a, b, c = poses[i - 1 : i + 2]
             best = space.move_cost(a, b) + space.move_cost(b, c) - 1e-9

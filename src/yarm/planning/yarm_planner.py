@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
 from yarm.geometry import BoolArray, IntArray
 from yarm.params import build
 from yarm.planning import request_check as check
+from yarm.planning.bitboard import Layers
 from yarm.planning.cspace import ShapeCache
 from yarm.planning.fleet import Fleet, Move
 from yarm.planning.joint_plan import StepChoice, path_of, valid
@@ -19,7 +20,7 @@ from yarm.planning.joint_search import JointSearch
 from yarm.planning.params import PlannerParams
 from yarm.planning.particles import cell_order, even_particles, moved_order, narrow_columns
 from yarm.planning.replanning import Memory, waypoint
-from yarm.planning.search import Path, Roadmap
+from yarm.planning.search import Roadmap
 from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
 from yarm.planning.world import World, turns_of, why_not
 
@@ -43,7 +44,7 @@ class YarmPlanner:
         self._memory = Memory()
         self._order: Optional[IntArray] = None
         self._roadmaps = ShapeCache(8)
-        self._last: Optional[Tuple[object, ...]] = None
+        self._last: Optional[Layers] = None
 
     def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
         """Plan one step for the fleet; see ``FleetPlanner``."""
@@ -58,10 +59,12 @@ class YarmPlanner:
             return FleetPlan(status, reason, plans)
         roadmap = self._roadmap(world, rng)
         fleet = Fleet(world.spaces, world.targets, roadmap)
-        plans = {**check.faulty_plans(request), **_goal_plans(world, fleet)}
+        plans = check.faulty_plans(request)
+        kept = self._kept_moves(world, fleet, plans)
+        plans.update(_goal_plans(world, fleet, () if kept is None else self._memory.goals))
         open_robots = [i for i, robot in enumerate(world.robots) if world.targets[i] and robot.name not in plans]
-        fleet.targets = tuple(t if i in open_robots else None for i, t in enumerate(fleet.targets))
-        moves, rounds = self._moves(world, fleet, open_robots, rng)
+        fleet.restrict(open_robots)
+        moves, rounds = self._moves(world, fleet, open_robots, kept, rng)
         plans.update(self._steps(world, fleet, open_robots, moves))
         status, reason = check.worst(plans)
         elapsed = 1e3 * (time.perf_counter() - began)
@@ -80,25 +83,36 @@ class YarmPlanner:
         particles = even_particles(self._order, self.params.particles, narrow, self.params.narrow_factor, nobody)
         return self._roadmaps.get(particles.tobytes(), lambda: Roadmap(particles))
 
+    def _kept_moves(self, world: World, fleet: Fleet, faulty: Mapping[str, RobotPlan]) -> Optional[List[Move]]:
+        """The remembered joint plan, while its goals are the same and its moves are free."""
+        names = [robot.name for robot in world.robots]
+        goals = {name: world.goal_key(i) for i, name in enumerate(names) if world.targets[i] and name not in faulty}
+        remembered = self._memory.goals
+        if not remembered or any(goals.get(name) != goal for name, goal in remembered.items()):
+            return None
+        moves = self._memory.recall(fleet, names)
+        return moves if moves is not None and valid(fleet, moves, [names.index(name) for name in remembered]) else None
+
     def _moves(
-        self, world: World, fleet: Fleet, open_robots: Sequence[int], rng: np.random.Generator
+        self,
+        world: World,
+        fleet: Fleet,
+        open_robots: Sequence[int],
+        kept: Optional[List[Move]],
+        rng: np.random.Generator,
     ) -> Tuple[List[Move], int]:
         """Joint plan: the remembered one while it is free, unless a new one is clearly cheaper."""
-        names = [robot.name for robot in world.robots]
-        goals = {names[i]: world.goal_key(i) for i in open_robots}
-        kept = self._memory.recall(fleet, names) if goals == self._memory.goals else None
-        if kept is not None and not valid(fleet, kept):
+        goals = {world.robots[i].name: world.goal_key(i) for i in open_robots}
+        if goals != self._memory.goals:
             kept = None
-        order = sorted(open_robots, key=lambda i: (path_length(fleet, fleet.alone(i)), i))
-        search = JointSearch(fleet, order, self.params.iteration_limit)
-        seen = (goals, world.obstacles)
+        search = JointSearch(fleet, open_robots, self.params.iteration_limit)
         if kept is None:
             kept = search.run(rng)
-        elif seen != self._last:
+        elif self._last != world.obstacles:
             fresh = search.quick()
             if fresh is not None and fleet.cost(fresh) < self.params.keep_gain * fleet.cost(kept):
                 kept = fresh
-        self._last = seen
+        self._last = world.obstacles
         self._memory.goals = goals
         return kept if kept is not None else [], search.rounds
 
@@ -125,18 +139,11 @@ class YarmPlanner:
         return plans
 
 
-def path_length(fleet: Fleet, path: Optional[Path]) -> float:
-    """Length of a path, cells; infinite for none."""
-    if path is None:
-        return math.inf
-    return sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:]))
-
-
-def _goal_plans(world: World, fleet: Fleet) -> Dict[str, RobotPlan]:
-    """Plans of the robots whose goal cannot be reached even with no other robot there."""
+def _goal_plans(world: World, fleet: Fleet, known: Collection[str]) -> Dict[str, RobotPlan]:
+    """Plans of the robots, but those known to have a way, that cannot reach their goal even with no other robot there."""
     plans = {}
     for i, robot in enumerate(world.robots):
-        if world.targets[i] is not None and fleet.alone(i) is None:
+        if world.targets[i] is not None and robot.name not in known and fleet.alone(i) is None:
             status, reason = why_not(world, fleet, i)
             plans[robot.name] = RobotPlan(robot.name, world.request.assignments[robot.name], status, reason)
     return plans

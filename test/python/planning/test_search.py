@@ -1,0 +1,117 @@
+"""Ways of one robot: short, checked, and found whenever there is one."""
+
+from __future__ import annotations
+
+import math
+from typing import Optional, Tuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from python.planning.samples import arm, block, request, robot, walls
+from yarm.geometry import GridSpec, Mask
+from yarm.planning.cspace import ShapeCache, View
+from yarm.planning.particles import cell_order
+from yarm.planning.search import Path, Roadmap, Target, find_path, flood, merged, path_cost, reachable, search, wander
+from yarm.planning.world import World, turns_of
+
+SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
+ROADMAP = Roadmap(cell_order((30, 24))[:60].astype(np.int64))
+
+
+def view_of(mask: Mask, occupied: np.ndarray, column: Tuple[int, int], turns: Tuple[float, ...] = (0.0,)) -> View:
+    ask = request(SPEC, occupied, [robot("r", column, mask)])
+    world = World.of(ask, turns_of(turns), ShapeCache())
+    assert world is not None
+    return View(world.spaces[0], ())
+
+
+def assert_checked(view: View, path: Optional[Path], start: Tuple[int, int, int], goal: Tuple[int, int]) -> None:
+    assert path is not None
+    assert path[0] == start
+    assert path[-1][:2] == goal
+    assert all(view.move(a, b) for a, b in zip(path, path[1:]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_way_is_found_exactly_when_one_exists_through_cells(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    occupied = np.zeros(SPEC.shape, bool)
+    occupied[rng.random(SPEC.shape[:2]) < 0.035] = True
+    occupied[1, 1] = False
+    view = view_of(block(1, 1), occupied, (1, 1))
+    free = ~view.space.layout.image_of_board(view.blocked(0))
+    labels, _ = ndimage.label(free)
+    goal = tuple(int(v) for v in rng.integers(0, SPEC.shape[:2]))
+    exists = bool(free[goal]) and labels[goal] == labels[1, 1]
+    path = find_path(view, ROADMAP, (1, 1, 0), Target(goal))
+    if exists:
+        assert_checked(view, path, (1, 1, 0), goal)
+    else:
+        assert path is None
+
+
+def test_the_way_around_a_wall_is_as_short_as_the_taut_string() -> None:
+    view = view_of(block(1, 1), walls(SPEC, [(14, 16, 0, 18)]), (4, 4))
+    path = find_path(view, ROADMAP, (4, 4, 0), Target((26, 4)))
+    assert_checked(view, path, (4, 4, 0), (26, 4))
+    taut = math.dist((4, 4), (13, 19)) + 3 + math.dist((16, 19), (26, 4))
+    assert path is not None
+    assert path_cost(view, path) <= 1.03 * taut
+
+
+def test_a_gap_no_particle_lies_in_is_found_by_adding_particles() -> None:
+    gap = next(y for y in range(3, 20) if not any(12 <= x <= 18 and p == y for x, p in ROADMAP.columns))
+    view = view_of(block(1, 1), walls(SPEC, [(14, 17, 0, gap - 1), (14, 17, gap + 2, 24)]), (4, 4))
+    assert search(view, ROADMAP, (4, 4, 0), Target((26, 20))) is None
+    assert_checked(view, find_path(view, ROADMAP, (4, 4, 0), Target((26, 20))), (4, 4, 0), (26, 20))
+
+
+def test_a_robot_turns_where_it_must_and_only_then() -> None:
+    turns = (0.0, 90.0, -90.0)
+    view = view_of(arm(5), np.zeros(SPEC.shape, bool), (10, 12), turns)
+    straight = find_path(view, ROADMAP, (10, 12, 0), Target((25, 20)))
+    assert straight == ((10, 12, 0), (25, 20, 0))
+    corner = find_path(view, ROADMAP, (10, 12, 0), Target((1, 12)))
+    assert_checked(view, corner, (10, 12, 0), (1, 12))
+    assert corner is not None
+    assert corner[-1][2] != 0
+
+
+def test_a_wanted_heading_is_reached() -> None:
+    view = view_of(arm(5), np.zeros(SPEC.shape, bool), (15, 12), (0.0, 90.0, -90.0))
+    path = find_path(view, ROADMAP, (15, 12, 0), Target((15, 12), 3))
+    assert path is not None
+    assert path[-1] == (15, 12, 3)
+    assert all(view.move(a, b) for a, b in zip(path, path[1:]))
+
+
+def test_flood_and_wander_reach_the_same_cells() -> None:
+    view = view_of(block(2, 2), walls(SPEC, [(14, 16, 0, 20)]), (4, 4))
+    reached = reachable(view, (4, 4, 0))
+    image = view.space.layout.image_of_board(reached[0])
+    for column in ((26, 4), (4, 20), (12, 21)):
+        bit = 1 << view.space.layout.bit(*column)
+        way = flood(view, (4, 4, 0), lambda h, bit=bit: bit)
+        assert (way is not None) == image[column]
+        if way is not None:
+            assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in zip(way, way[1:]))
+        pose = (0, bit.bit_length() - 1) if image[column] else None
+        chosen = wander(view, (4, 4, 0), lambda _, pose=pose: pose)
+        assert (chosen is None) == (way is None)
+
+
+def test_moves_are_merged_into_turn_then_translation() -> None:
+    assert merged([(1, 1, 0), (1, 1, 0), (1, 1, 2), (5, 1, 2)]) == ((1, 1, 0), (5, 1, 2))
+    assert merged([(1, 1, 0), (4, 1, 0), (4, 1, 1)]) == ((1, 1, 0), (4, 1, 0), (4, 1, 1))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_few_particles_are_enough(count: int) -> None:
+    roadmap = Roadmap(cell_order((30, 24))[:count].astype(np.int64))
+    view = view_of(block(1, 1), walls(SPEC, [(14, 16, 0, 20)]), (4, 4))
+    assert_checked(view, find_path(view, roadmap, (4, 4, 0), Target((26, 4))), (4, 4, 0), (26, 4))
