@@ -56,4 +56,4 @@ docs: build
 	@source tools/env.sh && python3 tools/generate_docs.py
 
 clean:
-	rm -rf build install log
+	rm -rf build devel install log

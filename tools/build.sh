@@ -9,7 +9,7 @@ source tools/env.sh
 python="$PWD/.venv/bin/python3"
 if [ ! -f build/Makefile ] || [ CMakeLists.txt -nt build/Makefile ]; then
   step configure cmake -S . -B build -DCMAKE_BUILD_TYPE=Release \
-    -DPYTHON_EXECUTABLE="$python" -DPython3_EXECUTABLE="$python" -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
+    -DPYTHON_EXECUTABLE="$python" -DPython3_EXECUTABLE="$python" -DCATKIN_DEVEL_PREFIX="$PWD/devel" -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
 fi
 step build make -C build -j"$(nproc)" all
 if [ "${1:-}" = tests ]; then

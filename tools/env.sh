@@ -6,9 +6,10 @@ export PATH="$yarm_root/.venv/bin:/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
 unset PYTHONHOME
 export ROS_HOSTNAME=localhost
 export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
-yarm_build="${YARM_BUILD:-$yarm_root/build}"
-if [ -f "$yarm_build/devel/setup.bash" ]; then
+yarm_devel="${YARM_BUILD:+$YARM_BUILD/devel}"
+yarm_devel="${yarm_devel:-$yarm_root/devel}"
+if [ -f "$yarm_devel/setup.bash" ]; then
   # shellcheck disable=SC1091
-  source "$yarm_build/devel/setup.bash"
+  source "$yarm_devel/setup.bash"
 fi
 export YARM_ROOT="$yarm_root"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.launched import BUILD, run
+from support.launched import DEVEL, run
 
 NAMES = sorted(path.stem for path in Path(__file__).parent.glob("*_test.cpp"))
 LIMIT_S = 600.0
@@ -14,6 +14,6 @@ LIMIT_S = 600.0
 
 @pytest.mark.parametrize("name", NAMES)
 def test_gtest(name):
-    binary = BUILD / "devel" / "lib" / "yarm" / name
+    binary = DEVEL / "lib" / "yarm" / name
     assert binary.is_file(), f"{binary} is not built: run `make test`, or `make -C build tests`"
     run([str(binary)], name, LIMIT_S)

@@ -35,7 +35,7 @@ def test_good_arguments_pass():
 def test_roslaunch_itself_refuses_an_unknown_scene(launch):
     name = "case" if launch == "experiment" else "scene"
     ended = subprocess.run(
-        ["roslaunch", "--dump-params", "yarm", f"{launch}.launch", f"{name}:=nowhere"],
+        ["roslaunch", "--port", "11399", "yarm", f"{launch}.launch", f"{name}:=nowhere"],
         capture_output=True,
         text=True,
         timeout=60,

@@ -13,6 +13,7 @@ import psutil
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
+DEVEL = BUILD / "devel" if "YARM_BUILD" in os.environ else ROOT / "devel"
 STOP_LIMIT_S = 60.0
 
 

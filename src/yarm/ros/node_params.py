@@ -13,8 +13,8 @@ from yarm.ros.seed_tf_publisher_params import SeedTfPublisherParams
 from yarm.ros.simulation_params import SimulationParams
 
 NODE_PARAMS: Dict[str, Type[Any]] = {
-    "hc10_state_machine": SanderNodeParams,
     "commander": CommanderParams,
+    "hc10_state_machine": SanderNodeParams,
     "multi_robot_controls_server": ControlsServerParams,
     "run_experiment": ExperimentParams,
     "safety_monitor": SafetyParams,
