@@ -51,3 +51,10 @@ if(CATKIN_ENABLE_TESTING)
     target_link_libraries(${test} yarm_scene_factory gtest_main)
   endforeach()
 endif()
+
+if(TARGET yarm_scene_factory)
+  # On demand: make perception_core_bench
+  add_executable(perception_core_bench EXCLUDE_FROM_ALL bench/perception_core.cpp)
+  target_compile_options(perception_core_bench PRIVATE -O3 -Wall -Wextra -Wpedantic)
+  target_link_libraries(perception_core_bench PRIVATE yarm_scene_factory)
+endif()

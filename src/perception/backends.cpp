@@ -65,9 +65,10 @@ MergedPoint makeMergedPoint(const NoiseModel& noise, const Eigen::Vector3f& came
                             float z, int camera) {
   const Eigen::Vector3f ray = Eigen::Vector3f(x, y, z) - camera_origin;
   const float length = ray.norm();
-  const float scale = length > 0.F ? 1.F / length : 0.F;
   // The model gives the noise of the depth; along the ray it is longer by length / depth.
-  const float sigma = depth > 0.F ? noise.sigma(depth) * (length / depth) : noise.sigma(depth);
+  const float inverse = length > 0.F && depth > 0.F ? 1.F / (length * depth) : 0.F;
+  const float scale = inverse * depth;
+  const float sigma = noise.sigma(depth) * (length * length * inverse);
   return {x, y, z, sigma, ray.x() * scale, ray.y() * scale, ray.z() * scale, camera};
 }
 

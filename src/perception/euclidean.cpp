@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <numeric>
 
 namespace yarm::perception {
 
@@ -26,7 +28,7 @@ EuclideanClusters::EuclideanClusters(const Eigen::Vector3f& min, const Eigen::Ve
       for (int dx = -kReach; dx <= kReach; ++dx) {
         const int offset = (dz * ny_ + dy) * nx_ + dx;
         if (dz > 0 || (dz == 0 && (dy > 0 || (dy == 0 && dx > 0)))) {
-          offsets_.push_back(offset);
+          (std::max({std::abs(dx), std::abs(dy), dz}) == 1 ? near_ : far_).push_back(offset);
         }
       }
     }
@@ -67,45 +69,52 @@ void EuclideanClusters::bin(const std::vector<Eigen::Vector3f>& points) {
   }
 }
 
-void EuclideanClusters::join(const std::vector<Eigen::Vector3f>& points, std::int32_t a, std::int32_t b) {
-  const std::int32_t root_a = find(a);
-  const std::int32_t root_b = find(b);
-  if (root_a == root_b) {
-    return;
-  }
+bool EuclideanClusters::reaches(const std::vector<Eigen::Vector3f>& points, std::int32_t a, std::int32_t b) const {
   for (std::int32_t i = first_[a]; i >= 0; i = next_[i]) {
     for (std::int32_t j = first_[b]; j >= 0; j = next_[j]) {
       if ((points[i] - points[j]).squaredNorm() < tolerance2_) {
-        parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
-        return;
+        return true;
       }
     }
+  }
+  return false;
+}
+
+void EuclideanClusters::joinAlong(const std::vector<Eigen::Vector3f>& points, const std::vector<std::int32_t>& offsets) {
+  const auto bins = static_cast<std::int32_t>(site_.size());
+  for (std::int32_t b = 0; b < bins; ++b) {
+    for (const std::int32_t offset : offsets) {
+      const std::int32_t other = table_[site_[b] + offset];
+      if (other < 0 || root_[other] == root_[b]) {
+        continue;
+      }
+      const std::int32_t root_a = find(b);
+      const std::int32_t root_b = find(other);
+      if (root_a != root_b && reaches(points, b, other)) {
+        parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+      }
+    }
+  }
+  for (std::int32_t b = 0; b < bins; ++b) {
+    root_[b] = find(b);
   }
 }
 
 int EuclideanClusters::label(const std::vector<Eigen::Vector3f>& points, std::vector<std::int32_t>& labels) {
   bin(points);
-  const auto bins = static_cast<std::int32_t>(site_.size());
   parent_.resize(site_.size());
-  for (std::int32_t b = 0; b < bins; ++b) {
-    parent_[b] = b;
-  }
-  for (std::int32_t b = 0; b < bins; ++b) {
-    for (const std::int32_t offset : offsets_) {
-      const std::int32_t other = table_[site_[b] + offset];
-      if (other >= 0) {
-        join(points, b, other);
-      }
-    }
-  }
-  for (std::int32_t b = 0; b < bins; ++b) {
-    table_[site_[b]] = -1;
+  std::iota(parent_.begin(), parent_.end(), 0);
+  root_ = parent_;
+  joinAlong(points, near_);  // most of what is connected is so through direct neighbours
+  joinAlong(points, far_);
+  for (const std::int32_t site : site_) {
+    table_[site] = -1;
   }
   labels.resize(points.size());
   int count = 0;
   std::fill(first_.begin(), first_.end(), -1);  // from here on: label of a root
   for (std::size_t i = 0; i < points.size(); ++i) {
-    std::int32_t& name = first_[find(bin_of_[i])];
+    std::int32_t& name = first_[root_[bin_of_[i]]];
     name = name < 0 ? count++ : name;
     labels[i] = name;
   }

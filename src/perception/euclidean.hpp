@@ -20,7 +20,8 @@ class EuclideanClusters {
  private:
   std::int32_t find(std::int32_t node);
   void bin(const std::vector<Eigen::Vector3f>& points);
-  void join(const std::vector<Eigen::Vector3f>& points, std::int32_t a, std::int32_t b);
+  [[nodiscard]] bool reaches(const std::vector<Eigen::Vector3f>& points, std::int32_t a, std::int32_t b) const;
+  void joinAlong(const std::vector<Eigen::Vector3f>& points, const std::vector<std::int32_t>& offsets);
 
   Eigen::Vector3f min_;
   float inverse_edge_;
@@ -32,7 +33,9 @@ class EuclideanClusters {
   std::vector<std::int32_t> next_;        // next point in the same bin
   std::vector<std::int32_t> bin_of_;      // occupied bin of each point
   std::vector<std::int32_t> parent_;      // union-find over occupied bins
-  std::vector<std::int32_t> offsets_;     // half of the neighbourhood
+  std::vector<std::int32_t> root_;        // root of each bin when the present round of joining began
+  std::vector<std::int32_t> near_;        // half of the direct neighbours
+  std::vector<std::int32_t> far_;         // half of the next ring
 };
 
 }  // namespace yarm::perception

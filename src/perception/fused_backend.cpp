@@ -3,8 +3,6 @@
 #include "euclidean.hpp"
 #include "voxel_lattice.hpp"
 
-#include <algorithm>
-
 namespace yarm::perception {
 
 namespace {
@@ -14,7 +12,9 @@ class FusedBackend : public MergeBackend {
   FusedBackend(const MergeParams& merge, const ClusterParams& cluster)
       : params_(merge), cluster_params_(cluster), lattice_(merge), euclidean_(corner(merge.box_min), corner(merge.box_max),
                                                                             static_cast<float>(cluster.tolerance)) {
-    table_.assign(static_cast<std::size_t>(lattice_.count()), -1);
+    const auto voxels = static_cast<std::size_t>(lattice_.count());
+    table_.assign(voxels, 0);
+    occupied_.assign(voxels / 64 + 1, 0);
   }
 
   void merge(const std::vector<CameraCloud>& clouds, MergedSet& out) override {
@@ -29,8 +29,8 @@ class FusedBackend : public MergeBackend {
 
   void voxelise(MergedSet& set) override {
     number(set.points);
-    set.centroids.assign(touched_.size(), Eigen::Vector3f::Zero());
-    set.voxel_points.assign(touched_.size(), 0);
+    set.centroids.assign(voxels_, Eigen::Vector3f::Zero());
+    set.voxel_points.assign(voxels_, 0);
     set.voxel_of_point.resize(set.points.size());
     for (std::size_t i = 0; i < set.points.size(); ++i) {
       const auto voxel = static_cast<std::size_t>(table_[static_cast<std::size_t>(keys_[i])]);
@@ -39,9 +39,8 @@ class FusedBackend : public MergeBackend {
       ++set.voxel_points[voxel];
       set.voxel_of_point[i] = static_cast<std::int32_t>(voxel);
     }
-    for (std::size_t v = 0; v < touched_.size(); ++v) {
+    for (std::size_t v = 0; v < voxels_; ++v) {
       set.centroids[v] /= static_cast<float>(set.voxel_points[v]);
-      table_[static_cast<std::size_t>(touched_[v])] = -1;
     }
   }
 
@@ -74,19 +73,19 @@ class FusedBackend : public MergeBackend {
   /// Writes the number of each occupied voxel, in ascending order of their keys, into the table.
   void number(const std::vector<MergedPoint>& points) {
     keys_.resize(points.size());
-    touched_.clear();
     for (std::size_t i = 0; i < points.size(); ++i) {
-      keys_[i] = lattice_.keyOf(points[i]);
-      std::int32_t& slot = table_[static_cast<std::size_t>(keys_[i])];
-      if (slot < 0) {
-        slot = 0;
-        touched_.push_back(keys_[i]);
+      const auto key = static_cast<std::uint32_t>(lattice_.keyOf(points[i]));
+      keys_[i] = static_cast<std::int32_t>(key);
+      occupied_[key / 64] |= std::uint64_t{1} << (key % 64);
+    }
+    std::int32_t count = 0;
+    for (std::size_t w = 0; w < occupied_.size(); ++w) {
+      for (std::uint64_t word = occupied_[w]; word != 0; word &= word - 1) {
+        table_[w * 64 + static_cast<std::size_t>(__builtin_ctzll(word))] = count++;
       }
+      occupied_[w] = 0;
     }
-    std::sort(touched_.begin(), touched_.end());
-    for (std::size_t v = 0; v < touched_.size(); ++v) {
-      table_[static_cast<std::size_t>(touched_[v])] = static_cast<std::int32_t>(v);
-    }
+    voxels_ = static_cast<std::size_t>(count);
   }
 
   MergeParams params_;
@@ -94,9 +93,10 @@ class FusedBackend : public MergeBackend {
   VoxelLattice lattice_;
   EuclideanClusters euclidean_;
   std::vector<Survivor> survivors_;
-  std::vector<std::int32_t> table_;    // voxel key -> voxel index, -1 = empty
-  std::vector<std::int32_t> keys_;     // key of each point
-  std::vector<std::int32_t> touched_;  // occupied keys
+  std::vector<std::int32_t> table_;      // voxel key -> voxel index; only what the present set occupies is valid
+  std::vector<std::uint64_t> occupied_;  // bit of each voxel key; all 0 between calls
+  std::vector<std::int32_t> keys_;       // key of each point
+  std::size_t voxels_{0};
   std::vector<std::int32_t> labels_;
 };
 

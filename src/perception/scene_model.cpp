@@ -1,5 +1,7 @@
 #include "scene_model.hpp"
 
+#include "solid_math.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,8 +17,9 @@ constexpr float kLookBack = 0.3F;      // rays are followed from this far before
 }  // namespace
 
 SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
-  const auto tolerance = static_cast<float>(params.shape_tolerance);
-  tau2_ = tolerance * tolerance / 9.F;
+  tolerance_ = static_cast<float>(params.shape_tolerance);
+  sigmas_ = static_cast<float>(params.noise_sigmas);
+  tau2_ = tolerance_ * tolerance_ / 9.F;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
     low_[a] = static_cast<float>(params.grid.min[i]);
@@ -27,10 +30,10 @@ SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
 void SceneModel::clear() { pieces_.clear(); }
 
 void SceneModel::add(int object, const Solid& solid, const Eigen::Isometry3d& T_world_solid) {
-  Piece piece{object, solid.shape, solid.size.cast<float>(), {}, T_world_solid.linear().cast<float>(),
+  Piece piece{object, solid.shape, solid.size.cast<float>(), {}, T_world_solid.linear().transpose().cast<float>(),
               T_world_solid.translation().cast<float>(), {}};
   piece.half = halfExtents(piece.shape, piece.size);
-  piece.extent = piece.R_world_solid.cwiseAbs() * piece.half;
+  piece.extent = piece.R_solid_world.transpose().cwiseAbs() * piece.half;
   pieces_.push_back(piece);
 }
 
@@ -82,64 +85,82 @@ void SceneModel::index() {
   begin_.push_back(static_cast<std::int32_t>(list_.size()));
 }
 
-bool SceneModel::weigh(std::int32_t index, const MergedPoint& point, Candidate& out) const {
-  const auto tolerance = static_cast<float>(params_.shape_tolerance);
-  const auto sigmas = static_cast<float>(params_.noise_sigmas);
-  const Piece& piece = pieces_[static_cast<std::size_t>(index)];
-  const Eigen::Vector3f local = piece.R_world_solid.transpose() * (Eigen::Vector3f(point.x, point.y, point.z) - piece.centre);
-  const float slack = tolerance + sigmas * point.sigma;
+bool SceneModel::isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const {
+  const float slack = slackOf(point);
+  const Eigen::Vector3f local = piece.R_solid_world * (Eigen::Vector3f(point.x, point.y, point.z) - piece.centre);
   if ((local.cwiseAbs() - piece.half).maxCoeff() > std::min(kLargestMargin, slack)) {
     return false;
   }
-  const SurfaceDistance s = surfaceDistance(piece.shape, piece.size, local);
-  const Eigen::Vector3f normal = piece.R_world_solid * s.normal;
-  const float cosine = Eigen::Vector3f(point.ux, point.uy, point.uz).dot(normal);
-  const float noise = point.sigma * std::abs(cosine);
-  if (s.distance > std::min(kLargestMargin, tolerance + sigmas * noise)) {
-    return false;
+  out = solid_math::distance(piece.shape, piece.size, local);
+  if (out.distance <= tolerance_) {
+    return true;
   }
-  const float variance = noise * noise + tau2_;
-  const float cost = s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
-  out = {index, s, normal, cost, slack};
-  return true;
+  const Eigen::Vector3f ray = piece.R_solid_world * Eigen::Vector3f(point.ux, point.uy, point.uz);
+  return out.distance <= std::min(kLargestMargin, tolerance_ + sigmas_ * point.sigma * std::abs(ray.dot(out.normal)));
 }
 
-const SceneModel::Candidate& SceneModel::firstMet(const MergedPoint& point, const Candidate& likeliest) const {
-  const Candidate* best = &likeliest;
+std::size_t SceneModel::nearestCandidate() const {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < candidates_.size(); ++i) {
+    best = std::abs(candidates_[i].surface.distance) < std::abs(candidates_[best].surface.distance) ? i : best;
+  }
+  return best;
+}
+
+std::size_t SceneModel::firstMet(const MergedPoint& point) const {
+  std::size_t best = candidates_.size();
   float first = std::numeric_limits<float>::infinity();
   const Eigen::Vector3f ray(point.ux, point.uy, point.uz);
   const Eigen::Vector3f start = Eigen::Vector3f(point.x, point.y, point.z) - kLookBack * ray;
-  for (const Candidate& candidate : candidates_) {
-    const Piece& piece = pieces_[static_cast<std::size_t>(candidate.piece)];
-    const Eigen::Matrix3f R_solid_world = piece.R_world_solid.transpose();
-    const float entry = rayEntry(piece.shape, piece.size, R_solid_world * (start - piece.centre), R_solid_world * ray);
-    if (entry < first && std::abs(entry - kLookBack) <= candidate.slack) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const Piece& piece = pieces_[static_cast<std::size_t>(candidates_[i].piece)];
+    const float entry =
+        rayEntry(piece.shape, piece.size, piece.R_solid_world * (start - piece.centre), piece.R_solid_world * ray);
+    if (entry < first && std::abs(entry - kLookBack) <= slackOf(point)) {
       first = entry;
-      best = &candidate;
+      best = i;
     }
   }
-  return *best;
+  return best;
+}
+
+std::size_t SceneModel::likeliest(const MergedPoint& point) const {
+  std::size_t best = 0;
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const SurfaceDistance& s = candidates_[i].surface;
+    const Piece& piece = pieces_[static_cast<std::size_t>(candidates_[i].piece)];
+    const float cosine = (piece.R_solid_world * Eigen::Vector3f(point.ux, point.uy, point.uz)).dot(s.normal);
+    const float variance = point.sigma * point.sigma * cosine * cosine + tau2_;
+    const float cost = s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
+    if (cost < least) {
+      least = cost;
+      best = i;
+    }
+  }
+  return best;
 }
 
 Explanation SceneModel::explain(const MergedPoint& point) const {
   candidates_.clear();
-  std::size_t likeliest = 0;
   bool several = false;
   const auto site = static_cast<std::size_t>(siteOf(point.x, point.y, point.z));
   for (std::int32_t e = begin_[site]; e < begin_[site + 1]; ++e) {
-    Candidate candidate;
-    if (!weigh(list_[static_cast<std::size_t>(e)], point, candidate)) {
-      continue;
+    const std::int32_t i = list_[static_cast<std::size_t>(e)];
+    SurfaceDistance surface;
+    if (isNear(pieces_[static_cast<std::size_t>(i)], point, surface)) {
+      candidates_.push_back({i, surface});
+      several = several || objectOf(i) != objectOf(candidates_.front().piece);
     }
-    candidates_.push_back(candidate);
-    several = several || objectOf(candidate.piece) != objectOf(candidates_.front().piece);
-    likeliest = candidate.cost < candidates_[likeliest].cost ? candidates_.size() - 1 : likeliest;
   }
   if (candidates_.empty()) {
     return {};
   }
-  const Candidate& chosen = several ? firstMet(point, candidates_[likeliest]) : candidates_[likeliest];
-  return {chosen.piece, objectOf(chosen.piece), chosen.surface.distance, chosen.normal};
+  std::size_t chosen = several ? firstMet(point) : nearestCandidate();
+  chosen = chosen < candidates_.size() ? chosen : likeliest(point);
+  const Candidate& best = candidates_[chosen];
+  const Piece& piece = pieces_[static_cast<std::size_t>(best.piece)];
+  return {best.piece, piece.object, best.surface.distance, piece.R_solid_world.transpose() * best.surface.normal};
 }
 
 Explanation SceneModel::nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const {
@@ -150,13 +171,13 @@ Explanation SceneModel::nearest(const Eigen::Vector3f& point, const std::vector<
     if (wanted[static_cast<std::size_t>(piece.object)] == 0) {
       continue;
     }
-    const Eigen::Vector3f local = piece.R_world_solid.transpose() * (point - piece.centre);
+    const Eigen::Vector3f local = piece.R_solid_world * (point - piece.centre);
     if ((local.cwiseAbs() - piece.half).maxCoeff() >= best.distance) {
       continue;
     }
-    const SurfaceDistance s = surfaceDistance(piece.shape, piece.size, local);
+    const SurfaceDistance s = solid_math::distance(piece.shape, piece.size, local);
     if (s.distance < best.distance) {
-      best = {static_cast<int>(i), piece.object, s.distance, piece.R_world_solid * s.normal};
+      best = {static_cast<int>(i), piece.object, s.distance, piece.R_solid_world.transpose() * s.normal};
     }
   }
   return best;
@@ -183,8 +204,8 @@ void SceneModel::cellsInside(int index, std::vector<Eigen::Vector3f>& out) const
     for (int y = low[1]; y <= high[1]; ++y) {
       for (int z = low[2]; z <= high[2]; ++z) {
         const Eigen::Vector3f c = low_ + edge.cwiseProduct(Eigen::Vector3i(x, y, z).cast<float>() + Eigen::Vector3f::Constant(0.5F));
-        const Eigen::Vector3f local = piece.R_world_solid.transpose() * (c - piece.centre);
-        if ((local.cwiseAbs() - piece.half).maxCoeff() < 0.F && surfaceDistance(piece.shape, piece.size, local).distance < 0.F) {
+        const Eigen::Vector3f local = piece.R_solid_world * (c - piece.centre);
+        if ((local.cwiseAbs() - piece.half).maxCoeff() < 0.F && solid_math::distance(piece.shape, piece.size, local).distance < 0.F) {
           out.push_back(c);
         }
       }

@@ -48,20 +48,20 @@ class SceneModel {
     Solid::Shape shape;
     Eigen::Vector3f size;
     Eigen::Vector3f half;
-    Eigen::Matrix3f R_world_solid;
+    Eigen::Matrix3f R_solid_world;
     Eigen::Vector3f centre;  // of the solid, world
     Eigen::Vector3f extent;  // half extents in the world's axes
   };
   /// A solid near a point, while it is being decided.
   struct Candidate {
     std::int32_t piece;
-    SurfaceDistance surface;
-    Eigen::Vector3f normal;
-    float cost;
-    float slack;  // how far along the ray the point may be off, metres
+    SurfaceDistance surface;  // in the solid's frame
   };
-  [[nodiscard]] bool weigh(std::int32_t piece, const MergedPoint& point, Candidate& out) const;
-  [[nodiscard]] const Candidate& firstMet(const MergedPoint& point, const Candidate& likeliest) const;
+  [[nodiscard]] float slackOf(const MergedPoint& point) const { return tolerance_ + sigmas_ * point.sigma; }
+  [[nodiscard]] bool isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const;
+  [[nodiscard]] std::size_t nearestCandidate() const;
+  [[nodiscard]] std::size_t firstMet(const MergedPoint& point) const;
+  [[nodiscard]] std::size_t likeliest(const MergedPoint& point) const;
   struct Range {
     int low[3];
     int high[3];
@@ -72,6 +72,8 @@ class SceneModel {
   void forSites(const Piece& piece, Visit visit) const;
 
   AssociationParams params_;
+  float tolerance_;
+  float sigmas_;
   float tau2_;
   Eigen::Vector3f low_;
   int n_[3]{};

@@ -1,5 +1,7 @@
 #include "yarm/perception/solids.hpp"
 
+#include "solid_math.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,46 +10,7 @@ namespace yarm::perception {
 
 namespace {
 
-constexpr float kTiny = 1e-6F;
-
-SurfaceDistance boxDistance(const Eigen::Vector3f& half, const Eigen::Vector3f& p) {
-  const Eigen::Vector3f q = p.cwiseAbs() - half;
-  const Eigen::Vector3f sign(p.x() < 0 ? -1.F : 1.F, p.y() < 0 ? -1.F : 1.F, p.z() < 0 ? -1.F : 1.F);
-  const Eigen::Vector3f out = q.cwiseMax(0.F);
-  const float d = out.norm();
-  if (d > kTiny) {
-    return {d, (out / d).cwiseProduct(sign)};
-  }
-  int axis = 0;
-  const float inside = q.maxCoeff(&axis);
-  SurfaceDistance result{inside, Eigen::Vector3f::Zero()};
-  result.normal[axis] = sign[axis];
-  return result;
-}
-
-SurfaceDistance sphereDistance(float radius, const Eigen::Vector3f& p) {
-  const float length = p.norm();
-  return {length - radius, length > kTiny ? Eigen::Vector3f(p / length) : Eigen::Vector3f::UnitZ()};
-}
-
-SurfaceDistance cylinderDistance(float radius, float half, const Eigen::Vector3f& p) {
-  const float rho = std::hypot(p.x(), p.y());
-  const Eigen::Vector3f radial = rho > kTiny ? Eigen::Vector3f(p.x() / rho, p.y() / rho, 0.F) : Eigen::Vector3f::UnitX();
-  const Eigen::Vector3f axial(0.F, 0.F, p.z() < 0 ? -1.F : 1.F);
-  const float dr = rho - radius;
-  const float dz = std::abs(p.z()) - half;
-  const float or_ = std::max(dr, 0.F);
-  const float oz = std::max(dz, 0.F);
-  const float d = std::hypot(or_, oz);
-  if (d > kTiny) {
-    return {d, (or_ * radial + oz * axial) / d};
-  }
-  return dr > dz ? SurfaceDistance{dr, radial} : SurfaceDistance{dz, axial};
-}
-
-SurfaceDistance capsuleDistance(float radius, float half, const Eigen::Vector3f& p) {
-  return sphereDistance(radius, {p.x(), p.y(), p.z() - std::clamp(p.z(), -half, half)});
-}
+using solid_math::kTiny;
 
 constexpr float kMiss = std::numeric_limits<float>::infinity();
 
@@ -152,17 +115,7 @@ void sampleCaps(float radius, float half, float pitch, std::vector<Eigen::Vector
 }  // namespace
 
 SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& point) {
-  switch (shape) {
-    case Solid::Shape::kSphere:
-      return sphereDistance(size.x(), point);
-    case Solid::Shape::kCylinder:
-      return cylinderDistance(size.x(), 0.5F * size.z(), point);
-    case Solid::Shape::kCapsule:
-      return capsuleDistance(size.x(), 0.5F * size.z(), point);
-    case Solid::Shape::kBox:
-      break;
-  }
-  return boxDistance(0.5F * size, point);
+  return solid_math::distance(shape, size, point);
 }
 
 float rayEntry(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& origin,

@@ -20,13 +20,19 @@ struct VoxelLattice {
 
   /// Number of a point's voxel; the point lies in the box.
   [[nodiscard]] std::int32_t keyOf(const MergedPoint& p) const {
-    const int i = static_cast<int>(std::floor(p.x * inverse[0])) - low[0];
-    const int j = static_cast<int>(std::floor(p.y * inverse[1])) - low[1];
-    const int k = static_cast<int>(std::floor(p.z * inverse[2])) - low[2];
+    const int i = below(p.x * inverse[0]) - low[0];
+    const int j = below(p.y * inverse[1]) - low[1];
+    const int k = below(p.z * inverse[2]) - low[2];
     return (k * n[1] + j) * n[0] + i;
   }
 
   [[nodiscard]] double count() const { return static_cast<double>(n[0]) * n[1] * n[2]; }
+
+  /// floor() of a value that fits an int, without a call.
+  static int below(float value) {
+    const int whole = static_cast<int>(value);
+    return whole - (static_cast<float>(whole) > value ? 1 : 0);
+  }
 
   float inverse[3];
   int low[3];

@@ -1,0 +1,179 @@
+// Compute per camera set, stage by stage, of both back ends on the same clouds in the same run.
+//   perception_core [sets]     prints percentiles of CPU time, and page faults; see bench/README.md
+#include "scene_factory.hpp"
+
+#include "yarm/perception/association.hpp"
+#include "yarm/perception/merge.hpp"
+#include "yarm/perception/occupancy.hpp"
+
+#include <sys/resource.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+namespace {
+
+namespace pc = yarm::perception;
+
+constexpr int kDistinctSets = 8;
+constexpr int kCalibration = 4;
+
+/// Milliseconds of every set, by stage.
+using Samples = std::map<std::string, std::vector<double>>;
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+long pageFaults() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+/// Processor time of this thread: compute, whoever else wants the cores.
+double cpuSeconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(Samples& samples) : samples_(samples), start_(cpuSeconds()), last_(start_) {}
+  void lap(const std::string& stage) {
+    const double now = cpuSeconds();
+    samples_[stage].push_back(1e3 * (now - last_));
+    last_ = now;
+  }
+  void total() { samples_["total"].push_back(1e3 * (cpuSeconds() - start_)); }
+
+ private:
+  Samples& samples_;
+  double start_;
+  double last_;
+};
+
+/// One back end with everything behind it.
+class Chain {
+ public:
+  Chain(const std::string& backend, const pc::MergeParams& params)
+      : backend_(pc::makeBackend(backend, params, {})), associator_(pc::makeAssociator("yarm", {})), grid_(pc::GridSpec{}) {}
+
+  void process(const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene, bool calibrating) {
+    const auto seeds = scene.seeds(clouds.front().stamp_ns);
+    const auto knowledge = scene.knowledge();
+    Stopwatch watch(samples_);
+    backend_->merge(clouds, set_);
+    watch.lap("1 merge");
+    backend_->cluster(set_);
+    watch.lap("2 cluster");
+    const pc::AssociatedSet& result = associator_->associate({&set_, &seeds, &knowledge, &scene.poses, calibrating});
+    watch.lap("3 associate");
+    grid_.build(result);
+    watch.lap("4 grid");
+    watch.total();
+  }
+
+  void countFaults(long faults) { faults_ += faults; }
+  void forget() {
+    samples_.clear();
+    faults_ = 0;
+  }
+  [[nodiscard]] const Samples& samples() const { return samples_; }
+  [[nodiscard]] double faults() const { return static_cast<double>(faults_) / static_cast<double>(samples_.at("total").size()); }
+  [[nodiscard]] const pc::MergedSet& set() const { return set_; }
+
+ private:
+  std::unique_ptr<pc::MergeBackend> backend_;
+  std::unique_ptr<pc::Associator> associator_;
+  pc::OccupancyBuilder grid_;
+  pc::MergedSet set_;
+  Samples samples_;
+  long faults_{0};
+};
+
+void measured(Chain& chain, const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene, bool calibrating) {
+  const long faults = pageFaults();
+  chain.process(clouds, scene, calibrating);
+  chain.countFaults(pageFaults() - faults);
+}
+
+/// Runs both chains, set by set in turn, over the same clouds.
+void race(const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model, Chain& fused, Chain& pcl) {
+  std::vector<yarm::test::SceneFactory> factories;
+  std::vector<std::vector<pc::CameraCloud>> recorded;
+  for (int i = 0; i < kDistinctSets; ++i) {
+    factories.emplace_back(static_cast<std::uint64_t>(i + 1), 1.0, cameras, model);
+    factories.back().render(scene);
+  }
+  for (const auto& factory : factories) {
+    recorded.push_back(factory.clouds(1));
+  }
+  for (int i = 0; i < kCalibration + kDistinctSets + sets; ++i) {
+    if (i == kCalibration + kDistinctSets) {
+      fused.forget();
+      pcl.forget();
+    }
+    const auto& clouds = recorded[static_cast<std::size_t>(i % kDistinctSets)];
+    measured(fused, clouds, scene, i < kCalibration);
+    measured(pcl, clouds, scene, i < kCalibration);
+  }
+}
+
+void printTable(const char* title, const Chain& fused, const Chain& pcl) {
+  std::printf("\n%s: %zu points in the box, %zu voxels, %zu clusters\n", title, fused.set().points.size(),
+              fused.set().centroids.size(), fused.set().clusters.size());
+  std::printf("| %-12s | %-21s | %-21s | ratio |\n", "CPU ms a set", "fused p50      p99", "pcl p50        p99");
+  for (const auto& [stage, values] : fused.samples()) {
+    const std::vector<double>& other = pcl.samples().at(stage);
+    std::printf("| %-12s | %9.3f %11.3f | %9.3f %11.3f | %5.1f |\n", stage.c_str(), percentile(values, 0.5),
+                percentile(values, 0.99), percentile(other, 0.5), percentile(other, 0.99),
+                percentile(other, 0.5) / percentile(values, 0.5));
+  }
+  std::printf("| %-12s | %9.1f %11s | %9.1f %11s |       |\n", "page faults", fused.faults(), "", pcl.faults(), "");
+}
+
+void compare(const char* title, const yarm::test::Scene& scene, int cameras, int sets, const pc::MergeParams& params,
+             yarm::test::CameraModel model = {}) {
+  Chain fused("fused", params);
+  Chain pcl("pcl", params);
+  race(scene, cameras, sets, model, fused, pcl);
+  printTable(title, fused, pcl);
+}
+
+/// One line a setting, for plotting: name, value, p50 of fused and pcl.
+void sweep(const char* name, double value, const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model) {
+  Chain fused("fused", {});
+  Chain pcl("pcl", {});
+  race(scene, cameras, sets, model, fused, pcl);
+  std::printf("csv,%s,%g,%.4f,%.4f\n", name, value, percentile(fused.samples().at("total"), 0.5),
+              percentile(pcl.samples().at("total"), 0.5));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int sets = argc > 1 ? std::max(10, std::atoi(argv[1])) : 200;
+  const yarm::test::Scene scene = yarm::test::standardCell(2, 2);
+  pc::MergeParams fine;
+  fine.voxel_size[2] = 0.001;
+  compare("2 robots, 2 debris, HC10; voxel 0.1 x 0.1 x 0.1 m", scene, 4, sets, {});
+  compare("the same; voxel 0.1 x 0.1 x 0.001 m", scene, 4, sets / 2, fine);
+  compare("3 robots, 3 debris, HC10", yarm::test::standardCell(3, 3), 4, sets / 2, {});
+  std::printf("\nplot data: what, value, fused ms, pcl ms (p50)\n");
+  for (int cameras = 1; cameras <= 8; ++cameras) {
+    sweep("cameras", cameras, scene, cameras, sets / 4, {});
+  }
+  for (const int edge : {80, 160, 240, 320, 480, 640}) {
+    yarm::test::CameraModel model;
+    model.width = model.height = edge;
+    sweep("points", 4.0 * edge * edge, scene, 4, sets / 4, model);
+  }
+  return 0;
+}
