@@ -36,3 +36,20 @@ endforeach()
 
 install(TARGETS yarm_nodelets LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(TARGETS ${yarm_node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+if(CATKIN_ENABLE_TESTING)
+  foreach(test set_assembler_test perception_edge_test)
+    catkin_add_gtest(${test} test/cpp/${test}.cpp)
+    target_compile_options(${test} PRIVATE -Wall -Wextra -Wpedantic)
+    target_link_libraries(${test} yarm_nodelets gtest_main)
+  endforeach()
+  # Compiled from the sources that touch a cloud's bytes, all of them under the sanitizers.
+  catkin_add_gtest(cloud_reader_fuzz_test
+    test/cpp/cloud_reader_fuzz_test.cpp src/nodes/cloud_reader.cpp src/perception/crop_kernel.cpp)
+  target_include_directories(cloud_reader_fuzz_test PRIVATE include src/perception)
+  target_include_directories(cloud_reader_fuzz_test SYSTEM PRIVATE ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
+  target_compile_options(cloud_reader_fuzz_test PRIVATE -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all)
+  target_link_options(cloud_reader_fuzz_test PRIVATE -fsanitize=address,undefined)
+  target_link_libraries(cloud_reader_fuzz_test ${catkin_LIBRARIES})
+  add_dependencies(cloud_reader_fuzz_test ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+endif()

@@ -81,8 +81,9 @@ Read<perception::CameraCloud> viewOf(const PointCloud2& message) {
     read.reason = checkSizes(message);
   }
   view.data = message.data.data();
-  view.width = message.width;
-  view.height = message.height;
+  const bool empty = message.width == 0 || message.height == 0;  // 0 points in 2^32 rows are no rows
+  view.width = empty ? 0 : message.width;
+  view.height = empty ? 0 : message.height;
   view.point_step = message.point_step;
   view.row_step = message.height > 1 ? message.row_step : message.width * static_cast<std::size_t>(message.point_step);
   view.stamp_ns = toNs(message.header.stamp);
@@ -135,32 +136,55 @@ void fillMergedPoints(const perception::MergedSet& set, PointCloud2& message) {
   setPoints(message, set.points.data(), set.points.size());
 }
 
-Read<bool> readMergedPoints(const PointCloud2& message, perception::MergedSet& set) {
-  const Read<perception::CameraCloud> view = viewOf(message);
-  Read<bool> read{view.ok(), view.reason};
+namespace {
+
+bool hasMergedLayout(const PointCloud2& message) {
   bool matches = message.point_step == sizeof(perception::MergedPoint) && message.height == 1 &&
                  message.fields.size() == kMergedFields.size();
   for (std::size_t i = 0; matches && i < kMergedFields.size(); ++i) {
     matches = message.fields[i].name == kMergedFields[i].name && message.fields[i].offset == kMergedFields[i].offset &&
               message.fields[i].datatype == kMergedFields[i].type;
   }
-  if (read.ok() && !matches) {
-    read = {false, "the fields are not those of merged points"};
-  }
-  if (read.ok()) {
-    set.stamp_ns = toNs(message.header.stamp);
-    set.points.resize(message.width);
-    if (message.width > 0) {
-      std::memcpy(set.points.data(), message.data.data(), message.width * sizeof(perception::MergedPoint));
+  return matches;
+}
+
+bool isInside(const perception::MergeParams& box, const perception::MergedPoint& p) {
+  const std::array<float, 3> at{p.x, p.y, p.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool inside = at[axis] >= static_cast<float>(box.box_min[axis]) &&
+                        at[axis] <= static_cast<float>(box.box_max[axis]);
+    if (!inside) {
+      return false;
     }
-    set.cameras.clear();
-    set.voxel_of_point.clear();
-    set.centroids.clear();
-    set.voxel_points.clear();
-    set.cluster_of_voxel.clear();
-    set.clusters.clear();
   }
-  return read;
+  return true;
+}
+
+}  // namespace
+
+Read<bool> readMergedPoints(const PointCloud2& message, const perception::MergeParams& box,
+                            perception::MergedSet& set) {
+  const Read<perception::CameraCloud> view = viewOf(message);
+  if (!view.ok() || !hasMergedLayout(message)) {
+    return {false, view.ok() ? "the fields are not those of merged points" : view.reason};
+  }
+  set.stamp_ns = toNs(message.header.stamp);
+  set.points.resize(message.width);
+  if (message.width > 0) {
+    std::memcpy(set.points.data(), message.data.data(), message.width * sizeof(perception::MergedPoint));
+  }
+  set.cameras.clear();
+  set.voxel_of_point.clear();
+  set.centroids.clear();
+  set.voxel_points.clear();
+  set.cluster_of_voxel.clear();
+  set.clusters.clear();
+  for (const perception::MergedPoint& point : set.points) {
+    if (!isInside(box, point)) {
+      return {false, "a point lies outside the box of merge_clouds"};
+    }
+  }
+  return {true, ""};
 }
 
 void fillVoxels(const perception::MergedSet& set, PointCloud2& message) {

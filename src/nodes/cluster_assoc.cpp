@@ -13,9 +13,8 @@ namespace {
 constexpr int kSetQueue = 32;
 constexpr std::int64_t kStaleSeedsNs = 500'000'000;
 
-std::unique_ptr<perception::MergeBackend> backendLike(const ClusterAssocParams& params, const ros::NodeHandle& handle) {
-  const auto merge = loadParams<MergeCloudsParams>(ros::NodeHandle(handle, params.merge_node));
-  return perception::makeBackend(params.backend, merge.mergeParams(), params.cluster);
+perception::MergeParams mergeParamsOf(const ros::NodeHandle& handle, const std::string& node) {
+  return loadParams<MergeCloudsParams>(ros::NodeHandle(handle, node)).mergeParams();
 }
 
 ros::TransportHints promptly() { return ros::TransportHints().tcpNoDelay(); }
@@ -25,7 +24,8 @@ ros::TransportHints promptly() { return ros::TransportHints().tcpNoDelay(); }
 ClusterAssoc::ClusterAssoc(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle)
     : params_(loadParams<ClusterAssocParams>(private_handle)),
       handle_(handle),
-      backend_(backendLike(params_, handle)),
+      merge_(mergeParamsOf(handle, params_.merge_node)),
+      backend_(perception::makeBackend(params_.backend, merge_, params_.cluster)),
       associator_(perception::makeAssociator(params_.association, params_.assoc)),
       tf_(TfSource::shared()),
       wait_ns_(static_cast<std::int64_t>((params_.sync ? kSyncWaitS : params_.seed_wait) * 1e9)),
@@ -51,7 +51,7 @@ void ClusterAssoc::onPoints(const sensor_msgs::PointCloud2ConstPtr& message) {
   boost::shared_ptr<perception::MergedSet> set = sideOf<perception::MergedSet>(message);
   if (!set) {
     set = sets_.acquire();
-    const Read<bool> read = readMergedPoints(*message, *set);
+    const Read<bool> read = readMergedPoints(*message, merge_, *set);
     if (!read.ok()) {
       warn_(names::MERGED_POINTS, points_in_.getTopic() + ": set dropped: " + read.reason);
       return;

@@ -62,6 +62,7 @@ class ClusterAssoc : public PolledNode {
 
   ClusterAssocParams params_;
   ros::NodeHandle handle_;
+  perception::MergeParams merge_;
   std::unique_ptr<perception::MergeBackend> backend_;
   std::unique_ptr<perception::Associator> associator_;
   std::shared_ptr<TfSource> tf_;

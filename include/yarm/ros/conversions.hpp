@@ -1,6 +1,7 @@
 // Between ROS messages and the structs of the perception library.
 #pragma once
 
+#include "yarm/perception/merge.hpp"
 #include "yarm/perception/types.hpp"
 
 #include <geometry_msgs/Pose.h>
@@ -34,8 +35,9 @@ Read<perception::CameraCloud> viewOf(const sensor_msgs::PointCloud2& message);
 
 // The points of a merged set, as they lie in memory (fields x y z sigma ux uy uz camera). `message` is used again.
 void fillMergedPoints(const perception::MergedSet& set, sensor_msgs::PointCloud2& message);
-// The set's stamp and points; voxels and clusters are left empty.
-Read<bool> readMergedPoints(const sensor_msgs::PointCloud2& message, perception::MergedSet& set);
+// The set's stamp and points; voxels and clusters are left empty. Refused when a point lies outside the box.
+Read<bool> readMergedPoints(const sensor_msgs::PointCloud2& message, const perception::MergeParams& box,
+                            perception::MergedSet& set);
 
 // Centroids of the voxels (fields x y z).
 void fillVoxels(const perception::MergedSet& set, sensor_msgs::PointCloud2& message);
