@@ -26,10 +26,10 @@ SOURCES = ("urdf/hc10.urdf.xacro", "config/hc10.yaml")
 TIP_LINK = "sander_tip"
 
 
-def arm_of(rng: np.random.Generator) -> ArmPlayer:
-    """The HC10 at work, somewhere in its raster."""
+def arm_of(share: float) -> ArmPlayer:
+    """The HC10 at work, so much of its raster done, 0 to 1."""
     track = raster_track()
-    return ArmPlayer(_model(), track, float(rng.uniform(0.0, track.length_s)))
+    return ArmPlayer(_model(), track, share * track.length_s)
 
 
 @lru_cache(maxsize=1)

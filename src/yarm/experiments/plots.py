@@ -67,7 +67,7 @@ def plot_map(
         title=f"{record.info.case}, seed {record.info.seed}: waypoints and path driven",
     )
     if names:
-        axes.legend(loc="upper right", fontsize="small")
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncol=3, fontsize="small")
     return save_figure(figure, path)
 
 

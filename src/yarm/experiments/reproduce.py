@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import time
 from pathlib import Path
 from typing import List, Sequence
 
-from yarm.experiments.study import Study, single_study, table_study
+from yarm.experiments.physics_sample import run_sample, sample_specs, write_sample
+from yarm.experiments.study import PLANNERS, Study, single_study, table_study
 from yarm.experiments.study_report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
 from yarm.experiments.study_runner import StudyError, run_specs
 from yarm.experiments.trial import TrialResult
 from yarm.geometry import GridSpec
 
 BAR = 40
-STUDIES = ("table", "planning_time")
+STUDIES = ("table", "planning_time", "physics")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -25,6 +27,7 @@ def parser() -> argparse.ArgumentParser:
     )
     options.add_argument("--trials", type=int, default=30, help="seeds for each cell of the table")
     options.add_argument("--time-trials", type=int, default=10, help="seeds for each line of the planning-time figure")
+    options.add_argument("--physics-trials", type=int, default=20, help="trials repeated in full physics; needs ROS")
     options.add_argument("--study", choices=STUDIES, action="append", help="only this one; may be repeated")
     options.add_argument("--planner", action="append", help="only this planner; may be repeated")
     options.add_argument("--results", default="results/reproduce", help="folder to write to and to resume from")
@@ -78,6 +81,16 @@ def report(study: Study, results: Sequence[TrialResult], folder: Path) -> str:
     return write_table(results, folder)
 
 
+def physics(options: argparse.Namespace, folder: Path) -> str:
+    """Repeat a sample in full physics beside its kinematic twins; the text to print."""
+    if shutil.which("rosrun") is None:
+        return "no sample in full physics: rosrun is not on PATH (source tools/env.sh)"
+    specs = sample_specs(options.physics_trials, options.planner or PLANNERS)
+    kinematic = run_specs(specs, folder / "trials", workers=1)
+    measured = run_sample(specs, folder / "physics", ProgressBar("physics"))
+    return write_sample(measured, kinematic, folder)
+
+
 def main(arguments: Sequence[str]) -> int:
     """Run the studies; 0 when every trial could be run, 130 when interrupted (run again to go on)."""
     options = parser().parse_args(arguments)
@@ -94,5 +107,7 @@ def main(arguments: Sequence[str]) -> int:
             sys.stderr.write(f"\ninterrupted; what is done is in {folder / 'trials'}: run the same command to go on\n")
             return 130
         sys.stdout.write("\n" + report(study, results, folder) + "\n\n")
+    if "physics" in (options.study or STUDIES):
+        sys.stdout.write("\n" + physics(options, folder) + "\n\n")
     sys.stdout.write(f"numbers and figures: {folder.resolve()}\n")
     return 0

@@ -140,7 +140,7 @@ TABLE_HEADER = (
     "re-planning",
     "particles",
     "N",
-    "waypoints, first path (published)",
+    "waypoints of the first path (published)",
     "hits stationary (published)",
     "hits moving (published)",
     "stuck (published)",

@@ -69,7 +69,7 @@ class TrialResult:
         hits_stationary: things that do not move that were touched.
         hits_moving: moving things that were touched.
         free_end_touches: motions that touched something although their end pose was free when they were sent.
-        first_path: waypoints of the first path, the start not counted; 0 for none.
+        first_path: waypoints of the first path, the start counted as in the publication; 0 for none.
         sent: columns sent, in order.
         planning_ms: wall time of each planning step.
         path_m: way of the end effector, metres.
@@ -128,10 +128,14 @@ def run_trial(spec: TrialSpec) -> TrialResult:
     return Trial(spec, _world(spec), make_planner(spec.planner, PlannerParams(particles=spec.particles))).run()
 
 
+def raster_share(seed: int) -> float:
+    """Share of its raster the manipulator has done when the trial of a seed begins, 0 to 1."""
+    return float(np.random.default_rng([seed, 1]).uniform())
+
+
 def _world(spec: TrialSpec) -> KinematicWorld:
     scene = load_scene(spec.scene)
-    rng = np.random.default_rng([spec.seed, 1])
-    arm = arm_of(rng) if scene.arms else None
+    arm = arm_of(raster_share(spec.seed)) if scene.arms else None
     return KinematicWorld(scene, GridSpec(), arm)
 
 
@@ -229,7 +233,7 @@ class Trial:
         self.planning_ms.append(plan.planning_ms)
         own = plan.robots.get(self._robot.name)
         if len(self.planning_ms) == 1 and own is not None:
-            self.first_path = max(0, len(own.path) - 1)
+            self.first_path = len(own.path)
         return request, plan
 
     def _drive(self, waypoint: Waypoint) -> bool:

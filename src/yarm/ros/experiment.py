@@ -33,6 +33,7 @@ from yarm.sim.scene import SceneError, load_scene
 
 PROGRESS_S = 1.0
 MAP_LIMIT_S = 20.0
+RASTER_LIMIT_S = 300.0
 PACKAGES = ("yarm", "numpy", "scipy", "pybullet", "ompl", "ruckig", "embreex")
 
 
@@ -59,6 +60,7 @@ class Experiment:
         try:
             self._driver.await_start()
             self._driver.switch_on_and_calibrate()
+            self._driver.await_raster(self._params.raster, RASTER_LIMIT_S)
             self._begin()
             if self._soak is not None:
                 self._driver.enter_mode()

@@ -35,6 +35,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--cleanup", action="store_true", help="send everybody home at the end")
     options.add_argument("--results", default="results", help="folder for <case>/<seed>/")
     options.add_argument("--speed", type=float, default=1.0, help="greatest speed of the simulation; 0: no limit")
+    options.add_argument("--raster", type=float, default=0.0, help="begin when so much of the raster is done, 0 to 1")
     options.add_argument("--soak", type=float, default=0.0, help="simulated seconds to go on with random debris")
     options.add_argument("--wall-limit", type=float, default=900.0, help="seconds after which it is stopped")
     options.add_argument("--port", type=int, default=0, help="port of its own ROS master; 0 takes a free one")
@@ -73,6 +74,7 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "planner": options.planner,
         "particles": options.particles,
         "speed": options.speed,
+        "raster": options.raster,
         "soak_s": options.soak,
         "results": Path(options.results).resolve(),
     }

@@ -67,6 +67,16 @@ class MissionDriver:
                 self._request("calibrate once more", current_state=True)
         raise MissionError(f"calibration ended {outcome!r}: {reason}")
 
+    def await_raster(self, share: float, limit_s: float) -> None:
+        """Wait until a manipulator has done so much of its raster, 0 to 1."""
+
+        def done() -> bool:
+            with self._inputs.lock:
+                return any(arm.progress >= share for arm in self._inputs.state.manipulators.values())
+
+        if share > 0.0:
+            self._wait_for(done, limit_s, f"raster at {100 * share:.0f} %")
+
     def enter_mode(self) -> None:
         """Enter the mode that was asked for."""
         self._request(f"enter mode {self._params.mode}", jump_state=MODES[self._params.mode])

@@ -17,6 +17,7 @@ class ExperimentParams:
     cleanup: bool = param(False, "", "send everybody home at the end")
     results: str = param("results", "", "folder that holds <case>/<seed>/; made when missing")
     limit_s: float = param(0.0, "s", "simulated time the mission may take; 0 for the case's own limit", 0.0, 36000.0)
+    raster: float = param(0.0, "", "the mission begins when so much of the manipulator's raster is done", 0.0, 1.0)
     start_limit_s: float = param(120.0, "s", "wall time until every node must have answered", 1.0, 3600.0)
     calibration_limit_s: float = param(240.0, "s", "simulated time the calibration may take", 1.0, 3600.0)
     cleanup_limit_s: float = param(180.0, "s", "simulated time the way home may take", 1.0, 3600.0)
