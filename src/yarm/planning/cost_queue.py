@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from typing import Generic, List, Tuple, TypeVar
 
 T = TypeVar("T")
@@ -22,7 +23,7 @@ class CostQueue(Generic[T]):
         Raises:
             ValueError: the cost is not a number.
         """
-        if cost != cost:
+        if math.isnan(cost):
             raise ValueError("the cost of an item must be a number, got NaN")
         heapq.heappush(self._heap, (cost, self._pushed, item))
         self._pushed += 1

@@ -16,8 +16,8 @@ The Commander's loop around it::
                 queue.pop(robot.name)                  # a task of kind "Clear" has no body: nothing to delete
 
 - ``update`` drops goals that are no longer shown (their robot is idle again), follows those that moved, adds new ones.
-- ``process`` assigns idle robots: debris before targets before homes, the sum of the travel distances least; a goal no
-  robot can reach is not assigned but listed in ``unreachable`` with the reason, and is tried again when the map changes.
+- ``process`` assigns idle robots: debris before targets before homes, the sum of the travel distances least. A goal no
+  robot can reach is not assigned but listed in ``unreachable`` with the reason, and tried again when the map changes.
   Goals that cannot be held at the same time wait for each other.
 - An idle robot that stands inside ``keep_clear`` is given a goal of kind "Clear", named ``clear/<robot>``, made here: a
   place outside where it blocks nobody. Idle robots elsewhere are moved by the planner when they block somebody
@@ -158,8 +158,8 @@ class TaskQueue:
     def process(self, request: PlanRequest, keep_clear: Optional[BoolArray] = None) -> Tuple[Task, ...]:
         """Assign idle robots to open goals, and check those assigned.
 
-        A robot on its way to a target leaves it for debris that only it can serve; otherwise assigned pairs stay, unless
-        the goal can no longer be reached.
+        A robot on its way to a target leaves it for debris that no idle robot can serve; otherwise assigned pairs stay,
+        unless the goal can no longer be reached.
 
         Args:
             request: map and robots; its goals and assignments are not read.
@@ -200,8 +200,10 @@ class TaskQueue:
                 del self._tasks[task.goal.name]
 
     def _drop_unreachable(self, travel: Travel) -> None:
+        """Open again what was unreachable, since the map may have changed, and what its robot can no longer reach."""
         for name, task in self._tasks.items():
-            if (task.robot and not math.isfinite(travel.distance(task.robot, task.goal)[0])) or task.status is TaskStatus.UNREACHABLE:
+            lost = bool(task.robot) and not math.isfinite(travel.distance(task.robot, task.goal)[0])
+            if lost or task.status is TaskStatus.UNREACHABLE:
                 self._tasks[name] = Task(task.goal)
 
     def _assign(self, travel: Travel) -> None:

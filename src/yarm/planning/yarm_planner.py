@@ -140,7 +140,7 @@ class YarmPlanner:
 
 
 def _goal_plans(world: World, fleet: Fleet, known: Collection[str]) -> Dict[str, RobotPlan]:
-    """Plans of the robots, but those known to have a way, that cannot reach their goal even with no other robot there."""
+    """Plans of the robots, but those known to have a way, that have none even with no other robot there."""
     plans = {}
     for i, robot in enumerate(world.robots):
         if world.targets[i] is not None and robot.name not in known and fleet.alone(i) is None:
