@@ -48,13 +48,14 @@ class Raster:
         return np.concatenate([stroke.points for stroke in self.strokes])
 
 
-def lay_raster(surface: Surface, spacing_m: float, inset_m: float) -> Raster:
+def lay_raster(surface: Surface, spacing_m: float, inset_m: float, standoff_m: float = 0.0) -> Raster:
     """Passes to and fro along the surface's longer side, evenly spaced by at most the spacing.
 
     Args:
         surface: what to sand.
         spacing_m: greatest distance between two passes.
         inset_m: distance of the outermost passes, and of the ends of all, from the edge.
+        standoff_m: distance of the path from the surface, along its normals.
     """
     lower, upper = np.array(surface.lower) + inset_m, np.array(surface.upper) - inset_m
     along = 1 if upper[1] - lower[1] >= upper[0] - lower[0] else 0
@@ -69,18 +70,19 @@ def lay_raster(surface: Surface, spacing_m: float, inset_m: float) -> Raster:
             corners.append(corner)
     strokes, arc = [], 0.0
     for start, end in zip(corners[:-1], corners[1:]):
-        stroke = _stroke(surface, start, end, arc)
+        stroke = _stroke(surface, start, end, arc, standoff_m)
         arc = float(stroke.arc_m[-1])
         strokes.append(stroke)
     return Raster(tuple(strokes))
 
 
-def _stroke(surface: Surface, start: FloatArray, end: FloatArray, arc_m: float) -> Stroke:
+def _stroke(surface: Surface, start: FloatArray, end: FloatArray, arc_m: float, standoff_m: float) -> Stroke:
     steps = max(math.ceil(float(np.linalg.norm(end - start)) / STEP_M), 1)
     xy = start + (end - start) * np.linspace(0.0, 1.0, steps + 1)[:, None]
-    points = surface.points(xy)
+    normals = surface.normals(xy)
+    points = surface.points(xy) + standoff_m * normals
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return Stroke(points, surface.normals(xy), arc_m + np.concatenate([[0.0], np.cumsum(lengths)]))
+    return Stroke(points, normals, arc_m + np.concatenate([[0.0], np.cumsum(lengths)]))
 
 
 def coverage(

@@ -282,14 +282,16 @@ class SanderMachine:
         if isinstance(step, Follow) and not self._braking and step.until():
             self._brake()
             return False
-        away = float(np.max(np.abs(self._q - self._motion.positions[-1])))
+        errors = np.abs(self._q - self._motion.positions[-1])
+        away = float(np.max(errors))
         if elapsed >= self._motion.duration_s and away <= REST_TOLERANCE_RAD:
             self._motion, self.sanding = None, False
             return True
         if elapsed > self._motion.duration_s + FOLLOW_GRACE_S:
             self._motion, self.sanding = None, False
             raise ArmError(
-                f"the arm does not follow: a joint is {away:.2f} rad away {FOLLOW_GRACE_S:g} s after the motion's end"
+                f"the arm does not follow: joint {int(np.argmax(errors)) + 1} is {away:.3f} rad away "
+                f"{FOLLOW_GRACE_S:g} s after the motion's end, allowed {REST_TOLERANCE_RAD:g}; does something block it?"
             )
         return False
 

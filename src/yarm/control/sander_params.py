@@ -22,6 +22,9 @@ class SanderParams:
     scan_speed_mps: float = param(0.15, "m/s", "speed of the sweep", 0.02, 1.0)
     spacing_m: float = param(0.04, "m", "distance between two passes of the raster", 0.01, 0.2)
     inset_m: float = param(0.02, "m", "outermost passes inside the part's edge", 0.0, 0.1)
+    standoff_m: float = param(
+        0.002, "m", "height of the tip over the fitted surface (force is not modelled)", 0.0, 0.01
+    )
     sanding_speed_mps: float = param(0.1, "m/s", "speed of the tip on the part", 0.01, 0.5)
     sanding_acceleration_mps2: float = param(0.5, "m/s^2", "of the tip", 0.05, 5.0)
     approach_speed_mps: float = param(0.4, "m/s", "speed of the tip when it lifts or comes down", 0.02, 1.0)

@@ -84,7 +84,7 @@ class SanderPlanner:
     def raster(self, scan: FloatArray) -> RasterPlan:
         """Surface, passes and joints from the scan's points (n, 3), metres, world."""
         surface = fit_surface(scan, self._params.part_least_area_m2)
-        raster = lay_raster(surface, self._params.spacing_m, self._params.inset_m)
+        raster = lay_raster(surface, self._params.spacing_m, self._params.inset_m, self._params.standoff_m)
         guess = self._joints_at(raster.strokes[0].points[0], raster.strokes[0].normals[0])
         joints = []
         for stroke in raster.strokes:
