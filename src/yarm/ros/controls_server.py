@@ -167,7 +167,7 @@ class ControlsServer:
                     rospy.logwarn("%s: no robot type matches; known: %s", name, ", ".join(ROBOT_TYPES))
                     self._unknown[name] = False
                 return
-            unit = unit_type(name, self._params, self._registry.get, self._wake)
+            unit = unit_type(name, self._params, lambda robot: self._registry.get(robot), self._wake)
             robot = _Robot(unit, MoveRobotServer(names.move_robot(name)), pose, now_s)
             self._robots[name] = robot
             rospy.loginfo("%s (%s): %s is up", name, unit.kind, names.move_robot(name))
