@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Tuple, Type
 
+from roslib.packages import find_node
+
 from yarm.params import infos
 from yarm.ros import api
 from yarm.ros.node_params import NODE_PARAMS
@@ -24,18 +26,18 @@ def python_rows(cls: Type[Any]) -> List[Row]:
     rows = []
     for name, default, info in infos(cls):
         value = list(default) if isinstance(default, tuple) else default
-        rows.append((name, str(value), info.unit, info.allowed, info.doc))
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        rows.append((name, text, info.unit, info.allowed, info.doc))
     return rows
 
 
 def cpp_rows() -> Iterator[Tuple[str, Row]]:
     """Node and row of each parameter that the perception nodes declare (their executable prints them)."""
-    table = subprocess.run(
-        ["rosrun", "yarm", "perception_params"], check=True, capture_output=True, text=True, timeout=60
-    ).stdout
+    program = find_node("yarm", "perception_params")[0]
+    table = subprocess.run([program], check=True, capture_output=True, text=True, timeout=60).stdout
     for line in table.splitlines():
         if line and not line.startswith("#"):
-            node, name, default, unit, allowed, doc = (line.split("\t") + [""] * 6)[:6]
+            node, name, _, default, unit, allowed, doc = (line.split("\t") + [""] * 7)[:7]
             yield node, (name, default, unit, allowed, doc)
 
 
