@@ -1,6 +1,8 @@
 """Sets of columns as one big integer each, and sets of cells as one integer for each height.
 
-Union, shift and overlap of whole maps cost a fraction of a microsecond (docs/planning.md, "How it becomes fast"). Bit ``(x + border) * stride + (y + border)`` stands for column (x, y). The border around the grid is wide enough for
+Union, shift and overlap of whole maps cost a fraction of a microsecond (docs/planning.md, "How it becomes fast").
+
+Bit ``(x + border) * stride + (y + border)`` stands for column (x, y). The border around the grid is wide enough for
 every robot, so that shifting a shape by any column of the grid neither loses a bit nor carries one into a wrong row.
 """
 

@@ -156,10 +156,10 @@ class TaskQueue:
         return tuple(changed)
 
     def process(self, request: PlanRequest, keep_clear: Optional[BoolArray] = None) -> Tuple[Task, ...]:
-        """Assign idle robots to open goals, and check those assigned.
+        """Assign idle robots to open goals.
 
-        A robot on its way to a target leaves it for debris that no idle robot can serve; otherwise assigned pairs stay,
-        unless the goal can no longer be reached.
+        A robot on its way to a target leaves it for debris that no idle robot can serve; otherwise assigned pairs stay
+        (a goal that can no longer be reached is for the planner to find out, see ``reject``).
 
         Args:
             request: map and robots; its goals and assignments are not read.
@@ -172,7 +172,7 @@ class TaskQueue:
         self._map_key = hash((np.asarray(request.grid) != 0).tobytes())
         before = dict(self.assignments)
         travel = Travel(replace(request, goals=self.goals, assignments={}), self._params.turns_deg)
-        self._drop_unreachable(travel)
+        self._open_again()
         self._assign(travel)
         if keep_clear is not None:
             self._clear(travel, np.asarray(keep_clear, dtype=np.bool_))
@@ -199,11 +199,10 @@ class TaskQueue:
             if task.kind == "Clear":
                 del self._tasks[task.goal.name]
 
-    def _drop_unreachable(self, travel: Travel) -> None:
-        """Open again what was unreachable, since the map may have changed, and what its robot can no longer reach."""
+    def _open_again(self) -> None:
+        """What was unreachable may not be any more, since the map may have changed."""
         for name, task in self._tasks.items():
-            lost = bool(task.robot) and not math.isfinite(travel.distance(task.robot, task.goal)[0])
-            if lost or task.status is TaskStatus.UNREACHABLE:
+            if task.status is TaskStatus.UNREACHABLE:
                 self._tasks[name] = Task(task.goal)
 
     def _assign(self, travel: Travel) -> None:

@@ -15,7 +15,7 @@ from yarm.planning.bitboard import Board, Layers, shifted, union
 from yarm.planning.cspace import Pose, RobotSpace, ShapeCache, View
 from yarm.planning.fleet import Fleet
 from yarm.planning.particles import cell_order
-from yarm.planning.search import Roadmap, flood, path_cost
+from yarm.planning.search import Roadmap, flood, path_cost, reachable
 from yarm.planning.types import Column, Goal, PlanRequest
 from yarm.planning.world import World, turns_of, why_not
 
@@ -35,6 +35,7 @@ class Travel:
         self._cache = ShapeCache()
         self._robots = {robot.name: robot for robot in request.robots}
         self._worlds: Dict[Tuple[str, str], Optional[World]] = {}
+        self._arrived: Dict[Tuple[str, str], List[Pose]] = {}
         self._distances: Dict[Tuple[str, str], Tuple[float, str]] = {}
 
     def distance(self, robot: str, goal: Goal) -> Tuple[float, str]:
@@ -73,8 +74,21 @@ class Travel:
         first, second = self._world(one, goal), self._world(other, other_goal)
         if first is None or second is None:
             return False
-        mine = _stands(first)
-        return any(not _touch(first.spaces[0], a, second.spaces[0], b) for a in mine for b in _stands(second))
+        mine, theirs = self._arrivals(one, goal), self._arrivals(other, other_goal)
+        return any(not _touch(first.spaces[0], a, second.spaces[0], b) for a in mine for b in theirs)
+
+    def _arrivals(self, robot: str, goal: Goal) -> List[Pose]:
+        """Poses on a goal that a robot can come to."""
+        key = (robot, goal.name)
+        if key not in self._arrived:
+            world = self._world(robot, goal)
+            poses = [] if world is None else _stands(world)
+            if world is not None and len(poses) > 1:
+                space = world.spaces[0]
+                reached = reachable(View(space, ()), space.start)
+                poses = [(x, y, h) for x, y, h in poses if reached[h] >> space.layout.bit(x, y) & 1]
+            self._arrived[key] = poses
+        return self._arrived[key]
 
     def stands_in(self, robot: str, columns: BoolArray) -> bool:
         """Whether a robot has a cell in one of the columns (gx, gy)."""
@@ -134,7 +148,7 @@ class Travel:
         for other, goal in pairs:
             world = self._world(other, goal)
             if world is not None:
-                layers += [_grown_at(world.spaces[0], pose) for pose in _stands(world)]
+                layers += [_grown_at(world.spaces[0], pose) for pose in self._arrivals(other, goal)]
         return layers
 
 

@@ -1,0 +1,225 @@
+"""Assignment over travel distances, and what happens to goals that wait, move, vanish or cannot be reached."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import permutations
+from typing import Dict, List, Optional, Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from python.planning.samples import arm, block, request, walls
+from python.planning.samples import robot as robot_at
+from yarm.geometry import GridSpec, Mask
+from yarm.planning.task_queue import TaskQueue, TaskStatus, arrived
+from yarm.planning.travel import Travel
+from yarm.planning.types import Column, Goal, PlanRequest, Robot
+
+SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
+OPEN = np.zeros(SPEC.shape, dtype=bool)
+
+
+def robots_at(columns: Dict[str, Column], mask: Optional[Mask] = None) -> List[Robot]:
+    return [robot_at(name, column, mask or block(2, 2)) for name, column in columns.items()]
+
+
+def debris(name: str, column: Column, **more: object) -> Goal:
+    return Goal(name, "Debris", column, **more)  # type: ignore[arg-type]
+
+
+def target(name: str, column: Column, **more: object) -> Goal:
+    return Goal(name, "Target", column, **more)  # type: ignore[arg-type]
+
+
+def run(
+    queue: TaskQueue,
+    robots: Sequence[Robot],
+    goals: Sequence[Goal],
+    occupied: np.ndarray = OPEN,
+    keep_clear: Optional[np.ndarray] = None,
+) -> PlanRequest:
+    ask = request(SPEC, occupied, robots)
+    queue.update(robots, goals)
+    queue.process(ask, keep_clear)
+    return replace(ask, goals=queue.goals, assignments=queue.assignments)
+
+
+def test_each_robot_gets_the_goal_that_makes_the_sum_of_ways_least() -> None:
+    queue = TaskQueue()
+    run(queue, robots_at({"a": (2, 10), "b": (12, 10)}), [target("near_both", (8, 10)), target("far", (26, 10))])
+    assert queue.assignments == {"a": "near_both", "b": "far"}
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6))
+def test_the_assignment_is_optimal_over_travel_distance(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    occupied = walls(SPEC, [(14, 16, 0, 18)])
+    places = [(int(x), int(y)) for x, y in rng.permutation(np.argwhere(~occupied[..., 0]))[:6]]
+    robots = robots_at({"a": places[0], "b": places[1]}, block(1, 1))
+    goals = [target(f"t{i}", place) for i, place in enumerate(places[2:4])]
+    queue = TaskQueue()
+    run(queue, robots, goals, occupied)
+    if len(queue.assignments) < 2:
+        return
+    travel = Travel(request(SPEC, occupied, robots), (0.0, 90.0, -90.0))
+    sums = [sum(travel.distance(r.name, goal)[0] for r, goal in zip(robots, chosen)) for chosen in permutations(goals)]
+    named = {goal.name: goal for goal in goals}
+    assert sum(travel.distance(r, named[g])[0] for r, g in queue.assignments.items()) == pytest.approx(min(sums))
+
+
+def test_the_way_counts_not_the_straight_line() -> None:
+    queue = TaskQueue()
+    run(queue, robots_at({"behind": (11, 2), "free": (26, 12)}), [target("t", (18, 2))], walls(SPEC, [(14, 16, 0, 20)]))
+    assert queue.assignments == {"free": "t"}
+
+
+def test_debris_goes_before_targets_and_the_rest_waits() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 10)})
+    run(queue, robots, [target("t", (4, 10)), debris("d1", (20, 10)), debris("d2", (26, 10))])
+    assert queue.assignments == {"a": "d1"}
+    waiting = {task.goal.name: task.reason for task in queue.tasks if task.status is TaskStatus.OPEN}
+    assert waiting == {"t": "waits for a robot", "d2": "waits for a robot"}
+    assert queue.pop("a").goal.name == "d1"
+    run(queue, robots_at({"a": (20, 10)}), [target("t", (4, 10)), debris("d2", (26, 10))])
+    assert queue.assignments == {"a": "d2"}
+
+
+def test_debris_that_appears_takes_a_robot_from_its_target() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 10)})
+    run(queue, robots, [target("t", (20, 10))])
+    assert queue.assignments == {"a": "t"}
+    run(queue, robots, [target("t", (20, 10)), debris("d", (26, 10))])
+    assert queue.assignments == {"a": "d"}
+    idle_too = [*robots, *robots_at({"b": (2, 2)})]
+    run(queue, idle_too, [target("t", (20, 10)), debris("d", (26, 10))])
+    assert queue.assignments == {"a": "d", "b": "t"}
+
+
+def test_a_goal_nobody_can_reach_is_reported_and_tried_again() -> None:
+    queue = TaskQueue()
+    closed = walls(SPEC, [(18, 20, 0, 24)])
+    robots = robots_at({"a": (2, 10)})
+    run(queue, robots, [target("t", (26, 10))], closed)
+    assert queue.assignments == {}
+    assert "no way to t" in queue.unreachable["t"]
+    assert queue.done
+    run(queue, robots, [target("t", (26, 10))], OPEN)
+    assert queue.assignments == {"a": "t"}
+    assert not queue.done
+
+
+def test_a_goal_inside_something_or_outside_is_reported() -> None:
+    queue = TaskQueue()
+    run(
+        queue,
+        robots_at({"a": (2, 10)}),
+        [target("in", (10, 10)), target("out", (99, 1))],
+        walls(SPEC, [(9, 12, 9, 12)]),
+    )
+    assert "cannot stand" in queue.unreachable["in"]
+    assert "outside" in queue.unreachable["out"]
+
+
+def test_a_goal_that_vanishes_frees_its_robot_and_one_that_moves_is_followed() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 10), "b": (2, 2)})
+    run(queue, robots, [target("t", (20, 10)), debris("d", (20, 2))])
+    assert queue.assignments == {"a": "t", "b": "d"} or queue.assignments == {"a": "d", "b": "t"}
+    changed = queue.update(robots, [target("t", (20, 10)), debris("d", (22, 4))])
+    assert changed == ("d",)
+    assert queue.goals["d"].column == (22, 4)
+    assert queue.update(robots, [target("t", (20, 10))]) == ("d",)
+    assert len(queue.idle) == 1
+
+
+def test_the_goal_of_a_robot_that_is_gone_is_open_again() -> None:
+    queue = TaskQueue()
+    run(queue, robots_at({"a": (2, 10)}), [target("t", (20, 10))])
+    run(queue, robots_at({"b": (4, 4)}), [target("t", (20, 10))])
+    assert queue.assignments == {"b": "t"}
+
+
+def test_a_goal_for_one_robot_only_goes_to_it() -> None:
+    queue = TaskQueue()
+    run(queue, robots_at({"a": (2, 10), "b": (12, 10)}), [Goal("home", "Home", (15, 10), robot="a")])
+    assert queue.assignments == {"a": "home"}
+
+
+def test_goals_side_by_side_are_served_one_after_the_other() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 4), "b": (2, 18)}, arm(6))
+    side = walls(SPEC, [(16, 17, 0, 24)])
+    side[:, :, 1:] = False
+    goals = [debris("d1", (16, 11)), debris("d2", (16, 13))]
+    run(queue, robots, goals, side)
+    assert len(queue.assignments) == 1
+    waiting = next(task for task in queue.tasks if not task.robot)
+    assert waiting.reason == "waits until a goal beside it is done"
+    queue.pop(next(iter(queue.assignments)))
+    run(queue, robots, [waiting.goal], side)
+    assert list(queue.assignments.values()) == [waiting.goal.name]
+
+
+def test_a_robot_that_is_done_leaves_the_columns_to_keep_clear() -> None:
+    queue = TaskQueue()
+    keep = np.zeros(SPEC.shape[:2], dtype=bool)
+    keep[8:20, 6:18] = True
+    robots = robots_at({"a": (12, 10), "b": (2, 10)})
+    ask = run(queue, robots, [], OPEN, keep)
+    task = queue.task_of("a")
+    assert task is not None
+    assert (task.kind, task.goal.name) == ("Clear", "clear/a")
+    there = block(2, 2).at(ask.goals["clear/a"].column)
+    assert not keep[there[:, 0], there[:, 1]].any()
+    assert queue.task_of("b") is None
+    run(queue, robots, [debris("d", (14, 8))], OPEN, keep)
+    assert set(queue.assignments.values()) == {"d", "clear/a"} or queue.assignments == {"a": "d"}
+
+
+def test_where_a_robot_clears_to_it_blocks_nobody_else() -> None:
+    queue = TaskQueue()
+    keep = np.zeros(SPEC.shape[:2], dtype=bool)
+    keep[0:20, :] = True
+    robots = robots_at({"a": (18, 10), "b": (2, 10)})
+    run(queue, robots, [target("t", (22, 10))], OPEN, keep)
+    queue.pop("a")
+    run(queue, robots, [target("t2", (22, 10), robot="b")], OPEN, keep)
+    place = queue.goals["clear/a"].column
+    assert max(abs(place[0] - 22), abs(place[1] - 10)) > 2
+
+
+def test_a_rejected_pair_waits_for_the_map_to_change() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 10)})
+    run(queue, robots, [target("t", (20, 10))])
+    queue.reject("a", "the planner found no way")
+    run(queue, robots, [target("t", (20, 10))])
+    assert queue.assignments == {}
+    assert queue.unreachable == {"t": "the planner found no way"}
+    run(queue, robots, [target("t", (20, 10))], walls(SPEC, [(28, 30, 0, 2)]))
+    assert queue.assignments == {"a": "t"}
+
+
+def test_pop_without_a_task_is_refused() -> None:
+    with pytest.raises(KeyError, match="nobody"):
+        TaskQueue().pop("nobody")
+
+
+def test_arrival_has_hysteresis_and_minds_the_heading() -> None:
+    goal = target("t", (10, 10))
+    here = robot_at("a", (10, 10), block(1, 1))
+    beside = replace(here, column=(11, 10), position_m=(1.101, 1.05))
+    assert arrived(here, goal, SPEC)
+    assert arrived(beside, goal, SPEC)
+    further = replace(here, column=(11, 10), position_m=(1.15, 1.05))
+    assert not arrived(further, goal, SPEC)
+    assert arrived(further, goal, SPEC, was_there=True)
+    assert not arrived(replace(here, yaw_rad=0.1), replace(goal, yaw_rad=0.0), SPEC)
+    assert arrived(replace(here, yaw_rad=2 * math.pi), replace(goal, yaw_rad=0.0), SPEC)
