@@ -68,12 +68,14 @@ def physics(world: World) -> float:
 
 
 def robots_scene(n: int) -> Scene:
-    """n robots and the HC10."""
+    """N robots and the HC10."""
     robots = [
         {"name": f"ankurbot_{i + 1}", "type": "ankurbot", "x": x, "y": y, "heading_deg": heading}
         for i, (x, y, heading) in enumerate(SPOTS[:n])
     ]
-    return scene_from({"name": f"{n}", "robots": robots, "manipulators": [{"name": "hc10_barc", "type": "hc10"}]}, "bench")
+    return scene_from(
+        {"name": f"{n}", "robots": robots, "manipulators": [{"name": "hc10_barc", "type": "hc10"}]}, "bench"
+    )
 
 
 def triangles_table() -> List[Tuple[int, float]]:
@@ -95,7 +97,10 @@ def main() -> None:
         world.run(0.2)
         print("scene 3m (3 robots, HC10, table, stand), CPU ms for one set of four 320 x 320 cameras:")
         tiny = tiny_renderer(world)
-        rows = [("PyBullet TinyRenderer (no clouds, no noise)", tiny), ("Embree (Python)", camera_set(world, EmbreeRays()))]
+        rows = [
+            ("PyBullet TinyRenderer (no clouds, no noise)", tiny),
+            ("Embree (Python)", camera_set(world, EmbreeRays())),
+        ]
         if path is not None:
             rows.append(("C++ primitives (what runs)", camera_set(world, NativeRays(path))))
         for name, value in rows:

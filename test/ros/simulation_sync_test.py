@@ -88,8 +88,14 @@ class SyncTest(unittest.TestCase):
 
     def start(self, **params: Any) -> subprocess.Popen:
         values = {
-            "scene": "single", "sync": True, "sync_start": START_S, "real_time_factor": 0.0, "sync_timeout": 5.0,
-            "tick_participants": [self.me], "set_participants": ["commander"], **params,
+            "scene": "single",
+            "sync": True,
+            "sync_start": START_S,
+            "real_time_factor": 0.0,
+            "sync_timeout": 5.0,
+            "tick_participants": [self.me],
+            "set_participants": ["commander"],
+            **params,
         }
         rospy.set_param("/simulation", values)
         command = [sys.executable, str(resource("scripts", "simulation"))]

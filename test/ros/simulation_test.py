@@ -119,7 +119,10 @@ class SimulationTest(unittest.TestCase):
         cloud = self.newest(CLOUD)
         self.assertEqual(cloud.header.frame_id, "mapping_camera_1_depth_optical_frame")
         self.assertEqual((cloud.height, cloud.width, cloud.point_step, cloud.row_step), (320, 320, 16, 5120))
-        self.assertEqual([(f.name, f.offset, f.datatype) for f in cloud.fields], [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), ("rgb", 12, 7)])
+        self.assertEqual(
+            [(f.name, f.offset, f.datatype) for f in cloud.fields],
+            [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), ("rgb", 12, 7)],
+        )
         self.assertEqual(len(cloud.data), 320 * 320 * 16)
         points = np.frombuffer(cloud.data, dtype=np.float32).reshape(320, 320, 4)
         z = points[..., 2]
@@ -194,7 +197,9 @@ class SimulationTest(unittest.TestCase):
         self.wait(lambda: any(e.name == "debris_7" for e in self.kept[names.OBJECT_REGISTRY][-1].entries), "debris_7")
         self.pose("debris_7")
         self.assertTrue(self.delete(SpawnObstaclesRequest(name="debris_7")).success)
-        self.wait(lambda: all(e.name != "debris_7" for e in self.kept[names.OBJECT_REGISTRY][-1].entries), "its leaving")
+        self.wait(
+            lambda: all(e.name != "debris_7" for e in self.kept[names.OBJECT_REGISTRY][-1].entries), "its leaving"
+        )
 
     def test_h_bad_requests_are_refused_by_name(self) -> None:
         good: Dict[str, Any] = {"name": "thing", "type": "Obstacle", "x": 0.0, "y": -1.5, "z": 0.1}

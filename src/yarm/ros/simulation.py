@@ -28,7 +28,7 @@ BACKLOG_S = 0.25
 SHUTDOWN_S = 1.0
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
 SYNC_EVENT_TICKS = 30
-"""In lock-step, events that wait for messages are looked at this often, so that they fire at the same tick each time."""
+"""In lock-step, events are looked at this often, so that those that wait for messages fire at the same tick."""
 
 
 class Stopwatch:
@@ -96,7 +96,9 @@ class SimulationNode:
         self._run_script()
         self._watch.lap("inbox")
         for robot in self._world.tick():
-            self._inbox.warn_once(names.cmd_vel(robot), "angular.z left out: the wheels are parallel, no turning centre")
+            self._inbox.warn_once(
+                names.cmd_vel(robot), "angular.z left out: the wheels are parallel, no turning centre"
+            )
         self._watch.lap("physics")
 
     def _publish(self) -> Tuple[int, bool]:
@@ -142,7 +144,9 @@ class SimulationNode:
             key = (f"{contact.a.body} {contact.a.link}", f"{contact.b.body} {contact.b.link}")
             if contact.kind is ContactKind.FAILURE and key not in self._reported:
                 self._reported[key] = True
-                rospy.logwarn("contact at %.3f s: %s touches %s, %.4f m deep (said once)", stamp.to_sec(), *key, contact.depth_m)
+                rospy.logwarn(
+                    "contact at %.3f s: %s touches %s, %.4f m deep (said once)", stamp.to_sec(), *key, contact.depth_m
+                )
         self._outbox.contacts(stamp, contacts)
         if self._sets % self._params.clearance_every == 0 and self._outbox.clearance_wanted():
             self._outbox.clearance(stamp)
@@ -165,7 +169,9 @@ class SimulationNode:
             if missing is None:
                 break
             if time.monotonic() > limit:
-                raise SyncError(f"lock-step at {stamp_ns / 1e9:.4f} s: {missing}; waited {self._params.sync_timeout:g} s")
+                raise SyncError(
+                    f"lock-step at {stamp_ns / 1e9:.4f} s: {missing}; waited {self._params.sync_timeout:g} s"
+                )
             self._inbox.work_one(0.1)
         self._watch.lap("lock-step")
 

@@ -31,7 +31,9 @@ class RawCloud:
         """Prepare the bytes around the points."""
         message = PointCloud2(height=height, width=width, point_step=point_step, row_step=point_step * width)
         message.header.frame_id = frame
-        message.fields = [PointField(axis, 4 * i, PointField.FLOAT32, 1) for i, axis in enumerate(("x", "y", "z", "rgb"))]
+        message.fields = [
+            PointField(axis, 4 * i, PointField.FLOAT32, 1) for i, axis in enumerate(("x", "y", "z", "rgb"))
+        ]
         buffer = BytesIO()
         message.serialize(buffer)
         whole = buffer.getvalue()

@@ -77,10 +77,14 @@ class Inbox:
 
     def _subscribe_robots(self) -> None:
         for robot in self._world.robots:
-            rospy.Subscriber(names.cmd_vel(robot), Twist, partial(self._on_drive, robot), queue_size=10, tcp_nodelay=True)
+            rospy.Subscriber(
+                names.cmd_vel(robot), Twist, partial(self._on_drive, robot), queue_size=10, tcp_nodelay=True
+            )
             for caster in names.CASTERS:
                 topic = names.caster_command(robot, caster)
-                rospy.Subscriber(topic, Float64, partial(self._on_caster, robot, caster), queue_size=10, tcp_nodelay=True)
+                rospy.Subscriber(
+                    topic, Float64, partial(self._on_caster, robot, caster), queue_size=10, tcp_nodelay=True
+                )
         for arm in self._world.arms:
             topic = names.joint_path_command(arm)
             rospy.Subscriber(topic, JointTrajectory, partial(self._on_path, arm), queue_size=10, tcp_nodelay=True)
@@ -171,7 +175,7 @@ class Inbox:
 
 
 def missing_acks(inbox: Inbox, nodes: Tuple[str, ...], stamp_ns: int) -> Optional[str]:
-    """Which of the nodes has not acknowledged a stamp, or whose commands have not all arrived; None when all is there."""
+    """Which node has not acknowledged a stamp, or whose commands have not all arrived; None when all is there."""
     for node in nodes:
         stamp, sent = inbox.acks.get(node, (-1, 0))
         if stamp != stamp_ns:

@@ -52,9 +52,13 @@ class Outbox:
         self._points = [rospy.Publisher(names.camera_points(n), PointCloud2, queue_size=1) for n in CAMERAS]
         self._clouds = [RawCloud(names.camera_optical_frame(n), KINECT.height, KINECT.width, 16) for n in CAMERAS]
         robots = (*world.robots, *world.arms)
-        self._joints = {r: rospy.Publisher(names.joint_states(r), JointState, queue_size=10, tcp_nodelay=True) for r in robots}
+        self._joints = {
+            r: rospy.Publisher(names.joint_states(r), JointState, queue_size=10, tcp_nodelay=True) for r in robots
+        }
         self._casters = {
-            robot: [rospy.Publisher(names.caster_state(robot, c), JointControllerState, queue_size=10) for c in CASTER_NAMES]
+            robot: [
+                rospy.Publisher(names.caster_state(robot, c), JointControllerState, queue_size=10) for c in CASTER_NAMES
+            ]
             for robot in world.robots
         }
         self._wrist = {arm: rospy.Publisher(names.wrist_points(arm), PointCloud2, queue_size=1) for arm in world.arms}

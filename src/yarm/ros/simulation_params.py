@@ -16,10 +16,12 @@ class SimulationParams(WorldParams):
     scene: str = param("1m1ma", "", "shipped scene by name, or path of a scene file ending in .yaml")
     seed: int = param(-1, "", "seed of the depth noise; -1 takes the scene's own", low=-1, high=2**31 - 1)
     depth_noise: bool = param(True, "", "Kinect-like noise on the depth cameras")
-    real_time_factor: float = param(1.0, "", "greatest simulated seconds per second; 0 as fast as possible", low=0, high=100)
+    real_time_factor: float = param(
+        1.0, "", "greatest simulated seconds per second; 0 as fast as possible", low=0, high=100
+    )
     gui: bool = param(False, "", "PyBullet's window")
     status_period: float = param(1.0, "s", "simulated time between two messages of sim/status", low=0.1, high=60)
-    clearance_every: int = param(3, "", "camera sets per message of sim/clearance", low=1, high=300)
+    clearance_every: int = param(1, "", "camera sets per message of sim/clearance", low=1, high=300)
     sync: bool = param(False, "", "lock-step: after each tick wait for every participant")
     tick_participants: Tuple[str, ...] = param((), "", "lock-step: nodes that acknowledge every tick")
     set_participants: Tuple[str, ...] = param((), "", "lock-step: nodes that acknowledge every camera set")

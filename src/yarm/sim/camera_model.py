@@ -55,7 +55,8 @@ class CameraModel:
         u = (np.arange(self.width) + 0.5 - 0.5 * self.width) / self.focal_px
         v = (np.arange(self.height) + 0.5 - 0.5 * self.height) / self.focal_px
         grid_u, grid_v = np.meshgrid(u, v)
-        return np.stack([grid_u, grid_v, np.ones_like(grid_u)], axis=-1).astype(np.float32)
+        rays: FloatImage = np.stack([grid_u, grid_v, np.ones_like(grid_u)], axis=-1).astype(np.float32)
+        return rays
 
 
 KINECT = CameraModel(320, 320, math.radians(135.0), 0.5, 10.0)

@@ -142,7 +142,7 @@ class _Checker:
         return Finding(True, f"{goal.name}: {', '.join(able)} can reach it, headings {degrees} deg")
 
     def _pairs(self) -> List[Finding]:
-        found = []
+        found: List[Finding] = []
         if len(self._world.robots) < 2 or self._shape is None:
             return found
         for one, other in pairs(goal.name for goal in self._goals):
@@ -197,7 +197,9 @@ def hover_joints(client: int, arm: Arm, x: float, y: float, tries: int = 12) -> 
     generator = np.random.default_rng(0)
     for attempt in range(tries):
         seed = [math.atan2(y, x + 1.1), 0.5, 1.6, 0.0, 0.5, 0.0] if attempt == 0 else None
-        arm.place(seed or generator.uniform([-1.0, -0.5, 0.6, -1.0, -2.0, -3.0], [1.0, 1.5, 2.6, 1.0, 2.0, 3.0]).tolist())
+        arm.place(
+            seed or generator.uniform([-1.0, -0.5, 0.6, -1.0, -2.0, -3.0], [1.0, 1.5, 2.6, 1.0, 2.0, 3.0]).tolist()
+        )
         for _ in range(4):
             joints = pybullet.calculateInverseKinematics(
                 arm.uid, arm.tip_link, [x, y, HOVER_TIP_M], down, maxNumIterations=100, physicsClientId=client

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Dict, List, Mapping, Tuple
+from typing import Dict, List, Mapping, Optional, Tuple
 
 import pybullet
 
@@ -42,27 +42,29 @@ class Contact:
 def contact_kind(a: Side, b: Side, goals: Mapping[str, str]) -> ContactKind:
     """What a contact of these two sides counts as.
 
-    Allowed: fixed things among themselves; wheels and floor; an arm's base and the stand; debris and table, floor or other debris; the sander and
-    the workpiece; an end effector and the debris it was sent to. ``goals`` says to which debris each robot was sent;
-    while it is empty (nobody assigns tasks) an end effector may touch any debris. Sander and debris is counted apart.
+    Allowed: fixed things among themselves; wheels and floor; an arm's base and the stand; debris and table, floor or
+    other debris; the sander and the workpiece; an end effector and the debris it was sent to. ``goals`` says to which
+    debris each robot was sent; while it is empty (nobody assigns tasks) an end effector may touch any debris. Sander
+    and debris is counted apart.
     """
-    if {a.kind, b.kind} <= {"Obstacle", "Floor"}:
-        return ContactKind.ALLOWED
-    for one, other in ((a, b), (b, a)):
-        if one.link.endswith("_wheel") and other.kind == "Floor":
-            return ContactKind.ALLOWED
-        if one.kind == "Manipulator" and one.link == "base_link" and other.body == "stand":
-            return ContactKind.ALLOWED
-        if one.link == "sander" and one.kind == "Manipulator":
-            if other.kind == "Debris":
-                return ContactKind.SANDER_DEBRIS
-            if other.link == "part":
-                return ContactKind.ALLOWED
-        if one.kind == "Debris" and (other.kind in ("Debris", "Floor") or other.body == "table"):
-            return ContactKind.ALLOWED
-        if one.link == "ee" and other.kind == "Debris" and goals.get(one.body, "" if goals else other.body) == other.body:
-            return ContactKind.ALLOWED
-    return ContactKind.FAILURE
+    kinds = (_kind_of_ordered(a, b, goals), _kind_of_ordered(b, a, goals))
+    return next((kind for kind in kinds if kind is not None), ContactKind.FAILURE)
+
+
+def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str]) -> Optional[ContactKind]:
+    if one.kind == "Manipulator" and one.link == "sander" and other.kind == "Debris":
+        return ContactKind.SANDER_DEBRIS
+    # A robot without a goal may touch no debris; but while no goals are known at all, any.
+    goal = goals.get(one.body, "" if goals else other.body)
+    allowed = (
+        {one.kind, other.kind} <= {"Obstacle", "Floor"}
+        or (one.link.endswith("_wheel") and other.kind == "Floor")
+        or (one.kind == "Manipulator" and one.link == "base_link" and other.body == "stand")
+        or (one.kind == "Manipulator" and one.link == "sander" and other.link == "part")
+        or (one.kind == "Debris" and (other.kind in ("Debris", "Floor") or other.body == "table"))
+        or (one.link == "ee" and other.kind == "Debris" and goal == other.body)
+    )
+    return ContactKind.ALLOWED if allowed else None
 
 
 class ContactLog:

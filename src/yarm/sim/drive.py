@@ -18,7 +18,7 @@ PARALLEL_LIMIT = 0.002
 
 @dataclass(frozen=True, eq=False)
 class WheelSpeeds:
-    """Speed of each wheel along its heading (4,), m/s, and whether a commanded yaw rate found a centre to turn about."""
+    """Speed of each wheel along its heading (4,), m/s, and whether a yaw rate found a centre to turn about."""
 
     speeds_mps: FloatArray
     has_centre: bool

@@ -27,7 +27,8 @@ def axial_sigma(depth_m: FloatImage, incidence_cos: FloatImage) -> FloatImage:
     sigma = 0.0012 + 0.0019 * (depth_m - 0.4) ** 2
     theta = np.minimum(np.arccos(np.clip(np.abs(incidence_cos), 0.0, 1.0)), STEEPEST_RAD)
     grazing = 0.0001 / np.sqrt(np.maximum(depth_m, 0.1)) * theta**2 / (0.5 * math.pi - theta) ** 2
-    return (sigma + np.where(theta > GRAZING_RAD, grazing, 0.0)).astype(np.float32)
+    result: FloatImage = (sigma + np.where(theta > GRAZING_RAD, grazing, 0.0)).astype(np.float32)
+    return result
 
 
 class NormalPool:
@@ -44,7 +45,7 @@ class NormalPool:
         self._seed = seed
 
     def take(self, n: int, camera: int, frame: int) -> FloatImage:
-        """n numbers for one image of one camera; the same for the same seed, camera and frame."""
+        """N numbers for one image of one camera; the same for the same seed, camera and frame."""
         word = _mixed((self._seed << 40) ^ (camera << 32) ^ frame)
         start = word % (POOL_SIZE - n)
         return self._pool[start : start + n]

@@ -141,9 +141,7 @@ def _event(fields: Fields, i: int, faults: Faults, spawn_reader: Callable[[Field
     return event
 
 
-def _action(
-    name: str, when: Trigger, kind: str, action: Fields, spawn_reader: Callable[[Fields], ThingSpec]
-) -> Event:
+def _action(name: str, when: Trigger, kind: str, action: Fields, spawn_reader: Callable[[Fields], ThingSpec]) -> Event:
     if kind == "spawn":
         return Event(name, when, spawn=spawn_reader(action.section("spawn")))
     if kind == "delete":

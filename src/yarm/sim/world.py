@@ -10,10 +10,10 @@ from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 import numpy as np
 import pybullet
 
-from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
+from yarm.geometry import FloatArray, transform_matrix
 from yarm.params import param
-from yarm.sim.bodies import Body, FramedSolid, com_offset, link_names, load_floor
-from yarm.sim.contacts import Contact, ContactLog, ContactKind
+from yarm.sim.bodies import Body, com_offset, link_names, load_floor
+from yarm.sim.contacts import Contact, ContactKind, ContactLog
 from yarm.sim.robots import Ankurbot, Arm
 from yarm.sim.scene import Scene, ThingSpec
 from yarm.sim.scene_events import PUSH_SPEED_MPS
@@ -67,7 +67,7 @@ class World:
         """
         self.scene = scene
         self.params = params or WorldParams()
-        self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        self._client: int = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         self.steps = 0
         self.robots: Dict[str, Ankurbot] = {}
         self.arms: Dict[str, Arm] = {}
@@ -142,8 +142,10 @@ class World:
                 poses.update(body.static_frames)
                 if body.kind == "Debris":
                     poses[body.name] = self._root_pose(body.uids[0])
-            for robot in itertools.chain(self.robots.values(), self.arms.values()):
+            for robot in self.robots.values():
                 poses.update(robot.transforms())
+            for arm in self.arms.values():
+                poses.update(arm.transforms())
             self._poses, self._poses_step = poses, self.steps
         return self._poses
 
@@ -286,7 +288,9 @@ class World:
     def _overlapping(self, uid: int) -> List[str]:
         """Bodies, and the floor, that a body overlaps."""
         others = [("floor", self._floor)] + [(b.name, u) for b in self.bodies.values() for u in b.uids]
-        return [name for name, other in others if other != uid and self._pair_distance([uid], [other], 0.0) < -OVERLAP_M]
+        return [
+            name for name, other in others if other != uid and self._pair_distance([uid], [other], 0.0) < -OVERLAP_M
+        ]
 
     def _all_overlaps(self) -> List[Tuple[str, str]]:
         """Pairs of bodies that overlap, arm on stand apart."""

@@ -130,7 +130,9 @@ class Fields:
         """Report every key that nobody read."""
         for name in self.raw:
             if name not in self._known:
-                self.faults.add(self.path(str(name)), self.raw[name], f"no such key; known: {', '.join(sorted(self._known))}")
+                self.faults.add(
+                    self.path(str(name)), self.raw[name], f"no such key; known: {', '.join(sorted(self._known))}"
+                )
 
 
 def _is_number(value: object) -> bool:
@@ -160,6 +162,6 @@ def load_yaml(path: Path) -> object:
     if not path.is_file():
         raise SceneError(f"{path}: no such file")
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeyLoader)  # noqa: S506
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeyLoader)
     except yaml.YAMLError as error:
         raise SceneError(f"{path}: not readable as YAML: {error}") from error

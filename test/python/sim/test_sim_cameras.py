@@ -102,7 +102,9 @@ def test_points_lie_on_the_surfaces_within_the_sensors_noise(world: World, rays:
     seen = np.isfinite(cloud["z"])
     assert np.array_equal(np.isfinite(cloud["x"]), seen) and np.array_equal(np.isfinite(cloud["y"]), seen)
     assert cloud["z"][seen].min() >= 0.5 and cloud["z"][seen].max() <= 10.0
-    scaled = ((cloud["z"] - image.depth) / np.maximum(image.sigma, 1e-6))[seen & (image.depth < 9.5) & (image.depth > 0.6)]
+    scaled = ((cloud["z"] - image.depth) / np.maximum(image.sigma, 1e-6))[
+        seen & (image.depth < 9.5) & (image.depth > 0.6)
+    ]
     assert abs(float(scaled.mean())) < 0.02
     assert float(scaled.std()) == pytest.approx(1.0, abs=0.02)
     assert float(np.mean(np.abs(scaled) > 3.0)) == pytest.approx(0.0027, abs=0.0015)

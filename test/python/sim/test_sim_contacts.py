@@ -9,7 +9,11 @@ from yarm.sim.contacts import ContactKind, Side, contact_kind
 WHEEL, BODY = Side("ankurbot_1", "Mobile", "fl_wheel"), Side("ankurbot_1", "Mobile", "base_link")
 EE, ARM = Side("ankurbot_1", "Mobile", "ee"), Side("ankurbot_1", "Mobile", "arm")
 OTHER = Side("ankurbot_2", "Mobile", "arm")
-FLOOR, PART, TABLE = Side("floor", "Floor", "floor"), Side("table", "Obstacle", "part"), Side("table", "Obstacle", "table")
+FLOOR, PART, TABLE = (
+    Side("floor", "Floor", "floor"),
+    Side("table", "Obstacle", "part"),
+    Side("table", "Obstacle", "table"),
+)
 STAND = Side("stand", "Obstacle", "stand")
 SANDER, LINK, BASE = (Side("hc10_barc", "Manipulator", link) for link in ("sander", "link_4_r", "base_link"))
 DEBRIS, DEBRIS_2 = Side("debris_1", "Debris", "base_link"), Side("debris_2", "Debris", "base_link")

@@ -97,7 +97,7 @@ def test_all_faults_are_listed_at_once() -> None:
 
 
 def test_files_that_are_no_scenes(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="no such scene; shipped: .*2m1ma"):
+    with pytest.raises(SceneError, match=r"no such scene; shipped: .*2m1ma"):
         load_scene("nowhere")
     file = tmp_path / "scene.yaml"
     file.write_text("name: a\nname: b\n")

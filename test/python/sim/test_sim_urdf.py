@@ -70,11 +70,11 @@ def test_debris_is_as_large_as_a_door_handle() -> None:
 
 
 def test_faults_name_the_file_or_the_element(tmp_path: Path) -> None:
-    with pytest.raises(UrdfError, match="nowhere.xacro: no such robot description"):
+    with pytest.raises(UrdfError, match=r"nowhere\.xacro: no such robot description"):
         expand_xacro(tmp_path / "nowhere.xacro")
     bad = tmp_path / "bad.xacro"
     bad.write_text("<robot")
-    with pytest.raises(UrdfError, match="bad.xacro"):
+    with pytest.raises(UrdfError, match=r"bad\.xacro"):
         expand_xacro(bad)
     with pytest.raises(UrdfError, match="URDF text"):
         parse_urdf("<robot")
