@@ -55,7 +55,7 @@ def run(command: List[str], name: str, limit_s: float) -> str:
 
 def rostest_command(file: Path) -> List[str]:
     """Command that runs a .test file, wherever it lies, as one of this package."""
-    return ["rostest", "--text", "--pkgdir", str(ROOT), "--package", "yarm", str(file)]
+    return ["rostest", "--pkgdir", str(ROOT), "--package", "yarm", str(file)]
 
 
 def _stop(child: subprocess.Popen) -> None:

@@ -149,10 +149,21 @@ TOPICS: Tuple[Topic, ...] = (
         meaning="0 calibrating, 1 running",
     ),
     Topic(
-        names.VOXELIZED_CLOUD,
+        names.MERGED_POINTS,
         "sensor_msgs/PointCloud2",
         MERGE,
         ASSOC,
+        "30 Hz",
+        "world",
+        queue=10,
+        meaning="every point of a set inside the box: x y z, sigma (m), viewing direction ux uy uz, camera; handed over "
+        "by pointer between nodelets",
+    ),
+    Topic(
+        names.VOXELIZED_CLOUD,
+        "sensor_msgs/PointCloud2",
+        MERGE,
+        "RViz",
         "30 Hz",
         "world",
         meaning="centroid of each occupied voxel; stamp = oldest capture time of the set",
@@ -181,7 +192,7 @@ TOPICS: Tuple[Topic, ...] = (
     ),
     Topic(
         names.OCCUPANCY,
-        "visualization_msgs/MarkerArray",
+        "visualization_msgs/Marker",
         MAP,
         "RViz",
         "5 Hz",
@@ -246,6 +257,15 @@ TOPICS: Tuple[Topic, ...] = (
         meaning="clearance ahead of each robot, and who is held",
     ),
     Topic(names.sander_state("{arm}"), "std_msgs/Int8", SANDER, CONTROLS, "on change", latched=True, meaning="0 to 5"),
+    Topic(
+        names.sander_status("{arm}"),
+        "yarm/SanderStatus",
+        SANDER,
+        CONTROLS,
+        "on change, and 10 Hz",
+        queue=20,
+        meaning="what the sander does, and why it waits",
+    ),
     Topic(names.sander_joy("{arm}"), "sensor_msgs/Joy", "people, " + CONTROLS, SANDER, "on press", queue=10),
     Topic(
         names.motion_start_stop("{arm}"),
