@@ -17,9 +17,10 @@ import time
 from typing import Dict, List, Optional, Tuple
 
 import rospy
-from std_msgs.msg import Float32
+from std_msgs.msg import Float32, Int8
 
 from yarm.commander.states import State
+from yarm.commander.supervision import AT_WORK
 from yarm.msg import CommanderStatus
 from yarm.ros import names
 from yarm.srv import StateChange, StateChangeRequest
@@ -28,6 +29,8 @@ SUCCEEDED, FAILED, NO_ANSWER, REFUSED = 0, 1, 2, 3
 LINE_PERIOD_S = 1.0
 POLL_S = 0.1
 ASK_AGAIN_S = 1.0
+DONE = 0.999
+"""Share of a raster that counts as all of it."""
 
 
 class CliError(RuntimeError):
@@ -52,7 +55,8 @@ class Session:
         self._line_at = 0.0
         self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
         self._subscriber = rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=10)
-        self._progress: Dict[str, rospy.Subscriber] = {}
+        self._sander: Dict[str, int] = {}
+        self._arms: Dict[str, List[rospy.Subscriber]] = {}
 
     def status(self) -> CommanderStatus:
         """The newest status.
@@ -64,8 +68,8 @@ class Session:
         assert self._status is not None
         return self._status
 
-    def ask(self, **fields: object) -> None:
-        """Request a change of state, and wait until the status shows it.
+    def ask(self, quiet: bool = False, **fields: object) -> None:
+        """Request a change of state, and wait until the status shows it; ``quiet`` leaves the answer out.
 
         Raises:
             CliError: refused, or no answer.
@@ -79,7 +83,8 @@ class Session:
             raise CliError(NO_ANSWER, f"{names.COMMANDER_STATE} does not answer: {error}") from error
         if not answer.success:
             raise CliError(REFUSED, answer.message)
-        self.say(answer.message)
+        if not quiet:
+            self.say(answer.message)
         self._wait(lambda: self._status is not before, "commander/status after the request")
 
     def until_idle(self, wanted: Optional[State] = None) -> CommanderStatus:
@@ -92,15 +97,19 @@ class Session:
         return self.status()
 
     def sanding(self) -> bool:
-        """A manipulator's raster is begun and not done."""
-        return any(0.0 < share < 0.999 for share in self._raster.values())
+        """A manipulator is at work, and its raster is not done."""
+        return any(self._sander.get(arm) == AT_WORK and share < DONE for arm, share in self._raster.items())
 
     def follow_raster(self, arm: str) -> None:
         """Listen to the progress of a manipulator."""
-        if arm not in self._progress:
-            self._progress[arm] = rospy.Subscriber(
-                names.sander_progress(arm), Float32, lambda m: self._raster.__setitem__(arm, m.data), queue_size=10
-            )
+        if arm not in self._arms:
+            self._arms[arm] = [
+                rospy.Subscriber(topic, kind, lambda m, into=into: into.__setitem__(arm, m.data), queue_size=10)
+                for topic, kind, into in (
+                    (names.sander_progress(arm), Float32, self._raster),
+                    (names.sander_state(arm), Int8, self._sander),
+                )
+            ]
 
     def pause(self, seconds: float) -> None:
         """Let wall time pass, with progress."""
@@ -180,7 +189,7 @@ def run_mode(session: Session, mode: State, arms: Tuple[str, ...], once: bool) -
     status = session.until_idle(mode)
     while not once and status.outcome == "succeeded" and session.sanding():
         session.pause(ASK_AGAIN_S)
-        session.ask(current_state=True)
+        session.ask(quiet=True, current_state=True)
         status = session.until_idle(mode)
     return finish(session, status)
 
