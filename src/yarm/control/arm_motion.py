@@ -48,8 +48,8 @@ class ArmMotion:
     def nearest_time(self, q: FloatArray, early_s: float, late_s: float) -> float:
         """Time between two others at which the motion is nearest to measured joints (6,)."""
         times = np.linspace(max(early_s, 0.0), min(max(late_s, 0.0), self.duration_s), 25)
-        distances = [float(np.linalg.norm(self.at(time) - q)) for time in times]
-        return float(times[int(np.argmin(distances))])
+        sampled = np.stack([np.interp(times, self.times_s, column) for column in self.positions.T], axis=-1)
+        return float(times[int(np.argmin(np.sum((sampled - q) ** 2, axis=1)))])
 
     def braked(self, from_s: float, stop_s: float) -> ArmMotion:
         """Stop on the same path: from full pace at a time, evenly slower, to rest after ``stop_s``."""
@@ -73,16 +73,14 @@ def through_corners(corners: FloatArray, limits: JointLimits, share: float, acce
         ArmError: Ruckig refuses, with its code.
     """
     times, positions = [np.zeros(1)], [np.asarray(corners[:1], dtype=float)]
-    generator = ruckig.Ruckig(6)
     for start, goal in zip(corners[:-1], corners[1:]):
-        if np.max(np.abs(goal - start)) < 1e-6:
+        way = goal - start
+        if np.max(np.abs(way)) < 1e-6:
             continue
-        trajectory = ruckig.Trajectory(6)
-        code = generator.calculate(_ruckig_input(start, goal, share * limits.speed, acceleration), trajectory)
-        if code not in (ruckig.Result.Working, ruckig.Result.Finished):
-            raise ArmError(f"Ruckig found no timing from {start.round(3)} to {goal.round(3)} rad: {code}")
+        trajectory = _straight(way, share * limits.speed, acceleration)
         samples = np.linspace(0.0, trajectory.duration, max(int(np.ceil(trajectory.duration / SAMPLE_S)), 1) + 1)[1:]
-        positions.append(np.array([trajectory.at_time(float(t))[0] for t in samples]))
+        shares = np.array([trajectory.at_time(float(t))[0][0] for t in samples])
+        positions.append(start + shares[:, None] * way)
         times.append(times[-1][-1] + samples)
     all_times = np.concatenate(times)
     return ArmMotion(all_times, np.concatenate(positions), np.zeros(len(all_times)))
@@ -123,14 +121,16 @@ def along_path(
     return ArmMotion(times, values[:, :6], values[:, 6] + arc_m[0])
 
 
-def _ruckig_input(
-    start: FloatArray, goal: FloatArray, speeds: FloatArray, acceleration: float
-) -> ruckig.InputParameter:
-    wanted = ruckig.InputParameter(6)
-    wanted.current_position, wanted.target_position = list(start), list(goal)
-    wanted.max_velocity = list(speeds)
-    wanted.max_acceleration = [acceleration] * 6
-    wanted.max_jerk = [10.0 * acceleration] * 6
-    wanted.duration_discretization = ruckig.DurationDiscretization.Continuous
-    wanted.synchronization = ruckig.Synchronization.Phase
-    return wanted
+def _straight(way: FloatArray, speeds: FloatArray, acceleration: float) -> ruckig.Trajectory:
+    """Share of a straight piece (6,) over time, 0 to 1; the joint that needs longest sets the pace."""
+    longest = np.maximum(np.abs(way), 1e-9)
+    wanted = ruckig.InputParameter(1)
+    wanted.current_position, wanted.target_position = [0.0], [1.0]
+    wanted.max_velocity = [float(np.min(speeds / longest))]
+    wanted.max_acceleration = [float(np.min(acceleration / longest))]
+    wanted.max_jerk = [float(np.min(10.0 * acceleration / longest))]
+    trajectory = ruckig.Trajectory(1)
+    code = ruckig.Ruckig(1).calculate(wanted, trajectory)
+    if code not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise ArmError(f"Ruckig found no timing for a move by {way.round(3)} rad: {code}")
+    return trajectory

@@ -24,7 +24,7 @@ def stopping_speed(left: float, deceleration: float, delay_s: float) -> float:
     """Largest speed from which the distance left is enough: v * delay + v^2 / (2 * deceleration) = left."""
     if left <= 0.0:
         return 0.0
-    return deceleration * (math.sqrt(delay_s * delay_s + 2.0 * left / deceleration) - delay_s)
+    return max(deceleration * (math.sqrt(delay_s * delay_s + 2.0 * left / deceleration) - delay_s), 0.0)
 
 
 def slew(current: float, wanted: float, acceleration: float, deceleration: float, dt_s: float) -> float:
