@@ -179,8 +179,10 @@ class SimulationNode:
         params = self._params
         if is_set and params.wait_for_metadata and self._inbox.metadata_ns != stamp_ns:
             return f"no planning_metadata of this set (newest: {self._inbox.metadata_ns / 1e9:.4f} s)"
-        nodes = params.tick_participants + (params.set_participants if is_set else ())
-        return missing_acks(self._inbox, nodes, stamp_ns)
+        missing = missing_acks(self._inbox, params.tick_participants, stamp_ns, counted=True)
+        if missing is None and is_set:
+            missing = missing_acks(self._inbox, params.set_participants, stamp_ns, counted=False)
+        return missing
 
     def _warm_up(self) -> None:
         """Let time, but not physics, run until every participant has been heard; then go to the lock-step's start."""

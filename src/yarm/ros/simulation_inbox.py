@@ -174,13 +174,16 @@ class Inbox:
         return answer
 
 
-def missing_acks(inbox: Inbox, nodes: Tuple[str, ...], stamp_ns: int) -> Optional[str]:
-    """Which node has not acknowledged a stamp, or whose commands have not all arrived; None when all is there."""
+def missing_acks(inbox: Inbox, nodes: Tuple[str, ...], stamp_ns: int, counted: bool) -> Optional[str]:
+    """Which node has not acknowledged a stamp, or whose commands have not all arrived; None when all is there.
+
+    Commands are ``counted`` only for nodes that command the simulation; the Commander's are goals for other nodes.
+    """
     for node in nodes:
         stamp, sent = inbox.acks.get(node, (-1, 0))
         if stamp != stamp_ns:
             return f"{node} has not acknowledged (newest: {stamp / 1e9:.4f} s)"
         got = inbox.commands.get(node, 0)
-        if got < sent:
+        if counted and got < sent:
             return f"{node} says it sent {sent} commands, {got} have arrived"
     return None
