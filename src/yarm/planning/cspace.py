@@ -31,8 +31,6 @@ Pose = Tuple[int, int, int]
 """Column x, y of the end effector and index of the heading."""
 
 SAME_HEADING_RAD = math.radians(0.5)
-_RIGHT_ANGLE = 0.5 * math.pi
-_SAME_ANGLE_RAD = 1e-6
 _HALF_TURN_RAD = math.radians(179.0)
 
 
@@ -141,13 +139,8 @@ class RobotSpace:
     def _turned(self, first: float, angle: float) -> Shape:
         if angle < 0.0:
             first, angle = first + angle, -angle
-        quarter = round(first / _RIGHT_ANGLE)
-        if abs(first - quarter * _RIGHT_ANGLE) > _SAME_ANGLE_RAD or self._resolution[0] != self._resolution[1]:
-            quarter = 0
-        rest = 0.0 if abs(first - quarter * _RIGHT_ANGLE) <= _SAME_ANGLE_RAD else first
-        key = ("shape", self._key, round(rest, 6), round(angle, 6))
-        base = self._cache.get(key, lambda: self.shape0.turned(rest, angle, self._resolution))
-        return self._cache.get((key, quarter % 4), lambda: base.quarters(quarter)) if quarter % 4 else base
+        key = ("shape", self._key, round(first, 6), round(angle, 6))
+        return self._cache.get(key, lambda: self.shape0.turned(first, angle, self._resolution))
 
     def turn_angle(self, h: int, k: int) -> Optional[float]:
         """Angle of the turn between two headings, rad; None when it is not an allowed one."""

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Dict, Sequence, Tuple
+from functools import cached_property, lru_cache
+from typing import Callable, Dict, List, Sequence, Tuple
 
 import numpy as np
 
 from yarm.geometry import FloatArray, IntArray, Mask
-from yarm.planning.bitboard import Board, Layers, Layout, band_rows, dilated, shifted, smear
+from yarm.planning.bitboard import Board, Layers, Layout, band_rows, bits_of, dilated, shifted, smear
 
-Group = Tuple[int, IntArray]
-"""Bits of the heights occupied, and the (n, 2) relative columns occupied at exactly these heights."""
+Group = Tuple[int, Board]
+"""Bits of the heights occupied, and the relative columns occupied at exactly these heights, around column (0, 0)."""
 
 ARC_CELLS = 0.1
 """Largest way of a shape's outermost point between two sampled angles of a turn, cells."""
+_RIGHT_ANGLE = 0.5 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,25 +40,35 @@ class Shape:
         keys, owner = np.unique(cells[:, 0] * 2**20 + cells[:, 1] + 2**19, return_inverse=True)
         bits = np.zeros(len(keys), dtype=np.int64)
         np.bitwise_or.at(bits, owner, np.left_shift(np.int64(1), cells[:, 2]))
-        columns = np.stack([keys >> 20, (keys & (2**20 - 1)) - 2**19], axis=-1)
-        return Shape(layout, tuple((int(value), columns[bits == value]) for value in np.unique(bits)))
+        groups: Dict[int, Board] = {}
+        for key, value in zip(keys.tolist(), bits.tolist()):
+            column = 1 << layout.bit(key >> 20, (key & (2**20 - 1)) - 2**19)
+            groups[value] = groups.get(value, 0) | column
+        return Shape(layout, tuple(sorted(groups.items())))
+
+    @cached_property
+    def board(self) -> Board:
+        """Every relative column occupied at some height."""
+        board = 0
+        for _, columns in self.groups:
+            board |= columns
+        return board
 
     @cached_property
     def bounds(self) -> Tuple[int, int, int, int]:
         """Least and greatest relative x, least and greatest relative y."""
-        columns = np.concatenate([columns for _, columns in self.groups] or [np.zeros((1, 2), dtype=np.int64)])
-        low, high = columns.min(axis=0), columns.max(axis=0)
-        return int(low[0]), int(high[0]), int(low[1]), int(high[1])
+        columns = columns_of(self.board or 1 << self.layout.bit(0, 0), self.layout)
+        xs, ys = [x for x, _ in columns], [y for _, y in columns]
+        return min(xs), max(xs), min(ys), max(ys)
 
     @cached_property
     def layers(self) -> Layers:
         """The cells with the end effector in column (0, 0)."""
         layers = [0] * self.layout.shape[2]
         for bits, columns in self.groups:
-            board = self.layout.board_of_columns(columns)
             for z in range(len(layers)):
                 if bits >> z & 1:
-                    layers[z] |= board
+                    layers[z] |= columns
         return tuple(layers)
 
     @cached_property
@@ -68,12 +79,19 @@ class Shape:
     @cached_property
     def _rows(self) -> Tuple[Tuple[int, Tuple[Tuple[int, int], ...]], ...]:
         """For each group its bits and the runs (offset in bits, length) of columns side by side in y."""
+        origin = self.layout.bit(0, 0)
         result = []
         for bits, columns in self.groups:
-            offsets = np.sort(columns[:, 0] * self.layout.stride + columns[:, 1])
-            first = np.flatnonzero(np.diff(offsets, prepend=offsets[0] - 2) != 1)
-            lengths = np.diff(first, append=len(offsets))
-            result.append((bits, tuple((int(offsets[f]), int(n)) for f, n in zip(first, lengths))))
+            runs = []
+            rest = columns
+            while rest:
+                low = rest & -rest
+                first = low.bit_length() - 1
+                after = (rest >> first) + 1
+                length = (after & -after).bit_length() - 1
+                runs.append((first - origin, length))
+                rest &= ~(((1 << length) - 1) << first)
+            result.append((bits, tuple(runs)))
         return tuple(result)
 
     def at(self, column: Tuple[int, int]) -> Layers:
@@ -125,27 +143,37 @@ class Shape:
 
         Args:
             start_rad: first angle, relative to the shape as it is.
-            angle_rad: angle turned from there; 0 for the shape at the first angle alone.
+            angle_rad: angle turned from there, positive; 0 for the shape at the first angle alone.
             resolution: size of a cell, m.
         """
-        if angle_rad == 0.0 and start_rad == 0.0:
-            return self
-        size = resolution[:2]
-        reach = max(float(np.linalg.norm((np.abs(columns) + 0.5) * size, axis=1).max()) for _, columns in self.groups)
-        count = math.ceil(abs(angle_rad) * reach / (ARC_CELLS * float(size.min())))
-        angles = start_rad + np.linspace(0.0, angle_rad, count + 1)
-        touched = [(bits, _overlapped(columns, angles, size)) for bits, columns in self.groups]
-        return Shape(self.layout, tuple((bits, self._distinct(xy[:, 0], xy[:, 1])) for bits, xy in touched))
+        quarter = round(start_rad / _RIGHT_ANGLE)
+        square = bool(resolution[0] == resolution[1])
+        if square and abs(start_rad - quarter * _RIGHT_ANGLE) < 1e-6:
+            start_rad = 0.0
+        else:
+            quarter = 0
+        key = (start_rad, angle_rad, float(resolution[0]), float(resolution[1]))
+        groups = []
+        for bits, columns in self.groups:
+            covered = 0
+            for x, y in columns_of(columns, self.layout):
+                covered |= _turned_column(*_QUARTERS[quarter % 4](x, y), key, self.layout)
+            groups.append((bits, covered))
+        return Shape(self.layout, tuple(groups))
 
-    def quarters(self, count: int) -> Shape:
-        """The shape turned by a number of right angles; for cells as wide as they are long."""
-        return Shape(self.layout, tuple((bits, _quarters(columns, count)) for bits, columns in self.groups))
 
-    def _distinct(self, x: IntArray, y: IntArray) -> IntArray:
-        reach = self.layout.border
-        flags = np.zeros((2 * reach + 1, 2 * reach + 1), dtype=np.bool_)
-        flags[x + reach, y + reach] = True
-        return np.argwhere(flags) - reach
+_QUARTERS: Tuple[Callable[[int, int], Tuple[int, int]], ...] = (
+    lambda x, y: (x, y),
+    lambda x, y: (-y, x),
+    lambda x, y: (-x, -y),
+    lambda x, y: (y, -x),
+)
+
+
+def columns_of(board: Board, layout: Layout) -> List[Tuple[int, int]]:
+    """Columns (x, y) of a board, in order, those on its border too."""
+    stride, border = layout.stride, layout.border
+    return [(bit // stride - border, bit % stride - border) for bit in bits_of(board)]
 
 
 def smear_down(board: Board, length: int) -> Board:
@@ -167,34 +195,46 @@ def border_for(masks: Sequence[Mask]) -> int:
     return math.ceil(reach) + 3
 
 
-def _quarters(columns: IntArray, quarter: int) -> IntArray:
-    """Columns (n, 2) turned by a number of right angles."""
-    x, y = columns[:, 0], columns[:, 1]
-    turned = ((x, y), (-y, x), (-x, -y), (y, -x))[quarter % 4]
-    return np.stack(turned, axis=-1)
+@lru_cache(maxsize=32768)
+def _turned_column(x: int, y: int, turn: Tuple[float, float, float, float], layout: Layout) -> Board:
+    """Columns overlapped by one column turned about the origin.
 
+    Args:
+        x: the column's x before the turn.
+        y: the column's y before the turn.
+        turn: first angle and angle turned from there, rad; size of a cell along x and y, m.
+        layout: of the board.
 
-def _overlapped(columns: IntArray, angles: FloatArray, size: FloatArray) -> IntArray:
-    """Columns (k, 2), some repeated, overlapped by columns (n, 2) turned about the origin by any of the angles (a,).
-
-    Two rectangles overlap when their shadows do on each of their four sides' directions.
+    Between two sampled angles a point is at most ``between`` further out than at the nearer one, so what is touched
+    between two samples is found too.
     """
-    centers = (columns * size).astype(np.float32)
-    touching = np.float32(1e-6)
-    c, s = (np.abs(v).astype(np.float32)[:, None, None] for v in (np.cos(angles), np.sin(angles)))
-    cos, sin = (v.astype(np.float32)[:, None] for v in (np.cos(angles), np.sin(angles)))
-    x = cos * centers[:, 0] - sin * centers[:, 1]
-    y = sin * centers[:, 0] + cos * centers[:, 1]
-    home_x, home_y = np.rint(x / size[0]).astype(np.int64), np.rint(y / size[1]).astype(np.int64)
-    around = np.arange(-1, 2)
-    ix = (home_x[..., None] + np.repeat(around, 3)).astype(np.int64)
-    iy = (home_y[..., None] + np.tile(around, 3)).astype(np.int64)
-    dx = (ix * size[0]).astype(np.float32) - x[..., None]
-    dy = (iy * size[1]).astype(np.float32) - y[..., None]
-    half_x, half_y = np.float32(size[0] / 2), np.float32(size[1] / 2)
-    hit = np.abs(dx) < half_x + c * half_x + s * half_y - touching
-    hit &= np.abs(dy) < half_y + s * half_x + c * half_y - touching
-    along, across = cos[..., None] * dx + sin[..., None] * dy, cos[..., None] * dy - sin[..., None] * dx
-    hit &= np.abs(along) < half_x + c * half_x + s * half_y - touching
-    hit &= np.abs(across) < half_y + s * half_x + c * half_y - touching
+    start, angle, *size = turn
+    if start == 0.0 and angle == 0.0:
+        return 1 << layout.bit(x, y)
+    reach = math.hypot((abs(x) + 0.5) * size[0], (abs(y) + 0.5) * size[1])
+    count = math.ceil(abs(angle) * reach / (ARC_CELLS * min(size)))
+    angles = start + np.linspace(0.0, angle, count + 1)
+    between = reach * (angle / max(count, 1) / 2.0) ** 2 / 2.0
+    wider = np.full(count + 1, between)
+    wider[[0, -1]] = -1e-6
+    return layout.board_of_columns(_overlapped((x * size[0], y * size[1]), angles, wider, size))
+
+
+def _overlapped(center: Tuple[float, float], angles: FloatArray, wider: FloatArray, size: Sequence[float]) -> IntArray:
+    """Columns (k, 2), some repeated, overlapped by a cell at ``center`` turned about the origin by the angles (a,).
+
+    Two rectangles overlap when their shadows do on each of their four sides' directions; ``wider`` (a,), m, is added to
+    the shadows.
+    """
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    c, s = np.abs(cos), np.abs(sin)
+    x, y = cos * center[0] - sin * center[1], sin * center[0] + cos * center[1]
+    ix = np.rint(x / size[0]).astype(np.int64) + np.repeat(np.arange(-1, 2), 3)
+    iy = np.rint(y / size[1]).astype(np.int64) + np.tile(np.arange(-1, 2), 3)
+    dx, dy = ix * size[0] - x, iy * size[1] - y
+    half_x, half_y = size[0] / 2.0, size[1] / 2.0
+    limit_x = half_x + c * half_x + s * half_y + wider[:, None]
+    limit_y = half_y + s * half_x + c * half_y + wider[:, None]
+    hit = (np.abs(dx) < limit_x) & (np.abs(dy) < limit_y)
+    hit &= (np.abs(cos * dx + sin * dy) < limit_x) & (np.abs(cos * dy - sin * dx) < limit_y)
     return np.stack([ix[hit], iy[hit]], axis=-1)

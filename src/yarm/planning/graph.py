@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import List, Tuple
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
+from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from yarm.geometry import IntArray
 
@@ -45,6 +45,19 @@ def nearest(points: IntArray, column: Tuple[int, int], count: int) -> Tuple[int,
     """Indices of the particles nearest to a column, nearest first; equal distances in order of index."""
     squared = ((points - np.asarray(column)) ** 2).sum(axis=1)
     return tuple(int(i) for i in np.argsort(squared, kind="stable")[:count])
+
+
+def nearest_edges(points: IntArray, first: int, count: int) -> IntArray:
+    """Edges (m, 2), smaller index first, sorted, from each particle at or after ``first`` to its nearest ones."""
+    added = len(points) - first
+    if added <= 0 or len(points) < 2:
+        return np.zeros((0, 2), dtype=np.int64)
+    count = min(count + 1, len(points))
+    _, close = cKDTree(points).query(points[first:], k=count)
+    pairs = np.stack([np.repeat(np.arange(first, len(points)), count), close.ravel()], axis=-1)
+    pairs = np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1).astype(np.int64)
+    keys = np.unique(pairs[:, 0] * len(points) + pairs[:, 1])
+    return np.stack([keys // len(points), keys % len(points)], axis=-1)
 
 
 def _chain(points: IntArray) -> IntArray:

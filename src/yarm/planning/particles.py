@@ -46,22 +46,20 @@ def moved_order(order: IntArray, shape: Tuple[int, int], rng: np.random.Generato
     return moved
 
 
-def even_particles(order: IntArray, n: int, narrow: BoolArray, factor: float, blocked: BoolArray) -> IntArray:
-    """The first n columns of an order that are of use, and as many more in narrow places as make them denser there.
+def narrow_particles(order: IntArray, n: int, narrow: BoolArray, factor: float) -> IntArray:
+    """Further columns of an order behind its first n, so many that narrow places hold ``factor`` times more.
 
     Args:
         order: (m, 2) columns, see ``cell_order``.
-        n: number wanted if the whole grid were open.
+        n: number of columns used everywhere.
         narrow: (gx, gy) columns where free space is narrow.
         factor: density there over the density elsewhere, at least 1.
-        blocked: (gx, gy) columns nobody can use.
 
     Returns:
-        (k, 2) distinct columns, none of them blocked; fewer in a cluttered grid, since what is blocked gets none.
+        (k, 2) columns, all of them narrow.
     """
-    x, y = order[:, 0], order[:, 1]
-    reach = np.where(narrow[x, y], math.ceil(n * factor), n)
-    chosen: IntArray = order[(np.arange(len(order)) < reach) & ~blocked[x, y]]
+    more = order[n : math.ceil(n * factor)]
+    chosen: IntArray = more[narrow[more[:, 0], more[:, 1]]]
     return chosen
 
 

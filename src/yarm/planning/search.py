@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
+import numpy as np
+
 from yarm.geometry import IntArray, wrap_angle
 from yarm.planning.bitboard import Board
 from yarm.planning.cost_queue import CostQueue
 from yarm.planning.cspace import Pose, View
-from yarm.planning.graph import Neighbours, delaunay_edges, nearest, neighbours_of
+from yarm.planning.graph import Neighbours, delaunay_edges, nearest, nearest_edges, neighbours_of
 from yarm.planning.types import Column
 
 Path = Tuple[Pose, ...]
@@ -32,17 +34,35 @@ class Target:
 
 
 class Roadmap:
-    """Particles and their Delaunay graph, which is made when a search first needs it."""
+    """Particles and their Delaunay graph, which is made when a search first needs it.
 
-    def __init__(self, particles: IntArray) -> None:
-        """Particles (n, 2), distinct columns."""
+    Those added in narrow places are joined with their nearest particles instead, so that the triangulation is the same
+    from step to step while the map changes.
+    """
+
+    def __init__(self, particles: IntArray, base: Optional[int] = None, edges: Optional[IntArray] = None) -> None:
+        """Particles (n, 2), distinct columns.
+
+        Args:
+            particles: columns.
+            base: how many of them, from the first, are triangulated; None for all.
+            edges: their triangulation when it is known.
+        """
         self.particles = particles
         self.columns: Tuple[Column, ...] = tuple((int(x), int(y)) for x, y in particles)
+        self._base = len(particles) if base is None else base
+        if edges is not None:
+            self.base_edges = edges
+
+    @cached_property
+    def base_edges(self) -> IntArray:
+        """Edges (m, 2) of the triangulation: pairs of indices of particles."""
+        return delaunay_edges(self.particles[: self._base])
 
     @cached_property
     def edges(self) -> IntArray:
-        """Edges (m, 2): pairs of indices of particles."""
-        return delaunay_edges(self.particles)
+        """Edges (m, 2) of the whole graph: pairs of indices of particles."""
+        return np.concatenate([self.base_edges, nearest_edges(self.particles, self._base, JOINED)])
 
     @cached_property
     def neighbours(self) -> Neighbours:

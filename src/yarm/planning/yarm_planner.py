@@ -9,16 +9,17 @@ from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import BoolArray, IntArray
+from yarm.geometry import IntArray
 from yarm.params import build
 from yarm.planning import request_check as check
 from yarm.planning.bitboard import Layers
 from yarm.planning.cspace import ShapeCache
 from yarm.planning.fleet import Fleet, Move
+from yarm.planning.graph import delaunay_edges
 from yarm.planning.joint_plan import StepChoice, path_of, valid
 from yarm.planning.joint_search import JointSearch
 from yarm.planning.params import PlannerParams
-from yarm.planning.particles import cell_order, even_particles, moved_order, narrow_columns
+from yarm.planning.particles import cell_order, moved_order, narrow_columns, narrow_particles
 from yarm.planning.replanning import Memory, waypoint
 from yarm.planning.search import Roadmap
 from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
@@ -42,8 +43,7 @@ class YarmPlanner:
     def reset(self) -> None:
         """Forget the previous plan and the particles."""
         self._memory = Memory()
-        self._order: Optional[IntArray] = None
-        self._roadmaps = ShapeCache(8)
+        self._base: Optional[Tuple[Tuple[int, ...], IntArray, IntArray]] = None
         self._last: Optional[Layers] = None
 
     def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
@@ -73,15 +73,18 @@ class YarmPlanner:
 
     def _roadmap(self, world: World, rng: np.random.Generator) -> Roadmap:
         shape = world.request.spec.shape[:2]
-        if self._order is None or len(self._order) != shape[0] * shape[1]:
-            self._order = moved_order(cell_order((shape[0], shape[1])), (shape[0], shape[1]), rng)
+        if self._base is None or self._base[0] != shape:
+            order = moved_order(cell_order((shape[0], shape[1])), (shape[0], shape[1]), rng)
+            particles = order[: self.params.particles]
+            self._base = shape, order, delaunay_edges(particles)
+        _, order, edges = self._base
         narrow = np.zeros(shape, dtype=np.bool_)
         for space, target in zip(world.spaces, world.targets):
             if target is not None:
                 narrow |= narrow_columns(~world.layout.image_of_board(space.blocked(0)))
-        nobody: BoolArray = np.zeros(shape, dtype=np.bool_)
-        particles = even_particles(self._order, self.params.particles, narrow, self.params.narrow_factor, nobody)
-        return self._roadmaps.get(particles.tobytes(), lambda: Roadmap(particles))
+        count = min(self.params.particles, len(order))
+        added = narrow_particles(order, count, narrow, self.params.narrow_factor)
+        return Roadmap(np.concatenate([order[:count], added]), count, edges)
 
     def _kept_moves(self, world: World, fleet: Fleet, faulty: Mapping[str, RobotPlan]) -> Optional[List[Move]]:
         """The remembered joint plan, while its goals are the same and its moves are free."""

@@ -5,19 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from yarm.planning.graph import delaunay_edges, nearest, neighbours_of
+from yarm.planning.graph import delaunay_edges, nearest, nearest_edges, neighbours_of
 from yarm.planning.particles import (
     cell_order,
-    even_particles,
     largest_pocket,
     moved_order,
     narrow_columns,
+    narrow_particles,
     random_particles,
     threshold_particles,
 )
 
 SHAPE = (50, 50)
-NOWHERE = np.zeros(SHAPE, dtype=bool)
 
 
 @pytest.mark.parametrize("shape", [(50, 50), (7, 3), (1, 9), (1, 1)])
@@ -48,19 +47,26 @@ def test_a_moved_order_is_as_even_and_depends_on_the_generator_only(seed: int) -
     assert np.array_equal(moved, moved_order(cell_order(SHAPE), SHAPE, np.random.default_rng(seed)))
 
 
-def test_narrow_places_get_more_particles_and_blocked_ones_none() -> None:
+def test_narrow_places_get_more_particles() -> None:
     free = np.ones(SHAPE, dtype=bool)
     free[20:30, :20] = False
     free[20:30, 25:] = False
     narrow = narrow_columns(free)
     assert narrow[20:30, 22].all()
     assert not narrow[10, 10]
-    plain = even_particles(cell_order(SHAPE), 333, NOWHERE, 3.0, NOWHERE)
-    dense = even_particles(cell_order(SHAPE), 333, narrow, 3.0, ~free)
-    assert len(plain) == 333
-    assert free[dense[:, 0], dense[:, 1]].all()
-    in_gap = [int(narrow[p[:, 0], p[:, 1]].sum()) for p in (plain, dense)]
-    assert in_gap[1] > 2 * in_gap[0]
+    order = cell_order(SHAPE)
+    added = narrow_particles(order, 333, narrow, 3.0)
+    assert narrow[added[:, 0], added[:, 1]].all()
+    in_gap = int(narrow[order[:333, 0], order[:333, 1]].sum())
+    assert len(added) > in_gap
+    together = np.concatenate([order[:333], added])
+    assert len(np.unique(together, axis=0)) == len(together)
+
+
+def test_added_particles_are_joined_with_their_nearest() -> None:
+    edges = nearest_edges(np.array([(0, 0), (9, 9), (1, 0), (2, 0)]), 2, 2)
+    assert edges.tolist() == [[0, 2], [0, 3], [2, 3]]
+    assert len(nearest_edges(np.array([(0, 0), (9, 9)]), 2, 2)) == 0
 
 
 def test_the_threshold_of_the_original() -> None:
