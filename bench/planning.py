@@ -6,7 +6,8 @@
     python3 bench/planning.py growth                    # robots, particles, grid size
     python3 bench/planning.py report                    # tables and plots from what has been run
 
-Times are ratios within one run: the planners take turns on each instance. See bench/planning.md for figures.
+Times are processor time, and the planners take turns on each instance, so that other work on the machine changes
+little. See bench/planning.md for figures.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import importlib
 import json
 import sys
 import time
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
@@ -84,8 +86,26 @@ def planner_of(name: str, particles: int = 333) -> FleetPlanner:
         return make_planner(base, params)
     ompl = importlib.import_module("yarm.planning.ompl_planners")
     cls = {"rrtconnect": ompl.RRTConnectPlanner, "prmstar": ompl.PRMStarPlanner, "bitstar": ompl.BITStarPlanner}
-    limit_s = 1.0 if mode == "1 s" else 5.0
-    return cls[base[5:]](params, limit_s, improve=mode == "1 s", simplify=mode == "simplified")
+    if mode == "1 s":
+        return cls[base[5:]](params, 1.0, improve=True, clock=time.process_time)
+    return cls[base[5:]](params, 10.0, simplify=mode == "simplified")
+
+
+class CpuTimed:
+    """A planner whose plans say the processor time they took, which other work on the machine changes little."""
+
+    def __init__(self, planner: FleetPlanner) -> None:
+        self._planner = planner
+
+    def reset(self) -> None:
+        """See ``FleetPlanner``."""
+        self._planner.reset()
+
+    def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
+        """See ``FleetPlanner``."""
+        began = time.process_time()
+        plan = self._planner.plan(request, rng)
+        return replace(plan, planning_ms=1e3 * (time.process_time() - began))
 
 
 def stepped(instance: Instance, name: str, brute: bool) -> Record:
@@ -96,9 +116,8 @@ def stepped(instance: Instance, name: str, brute: bool) -> Record:
         if brute and verdict.safe:
             found.extend(touches(request, plan))
 
-    run = step_to_end(
-        instance.scene, planner_of(name), np.random.default_rng(instance.seed), observe=look, clearance=False
-    )
+    planner = CpuTimed(planner_of(name))
+    run = step_to_end(instance.scene, planner, np.random.default_rng(instance.seed), observe=look, clearance=False)
     return {
         "status": run.status.value,
         "reason": run.reason,
@@ -116,17 +135,20 @@ def stepped(instance: Instance, name: str, brute: bool) -> Record:
 
 def first_plan(instance: Instance, name: str, optimum: float) -> Record:
     """One robot's first plan: time, length over the optimum, and touches of the whole path by brute force."""
-    planner = planner_of(name)
+    planner = CpuTimed(planner_of(name))
     planner.reset()
-    request = instance.scene.request()
-    began = time.perf_counter()
-    plan = planner.plan(request, np.random.default_rng(instance.seed))
-    ms = 1e3 * (time.perf_counter() - began)
+    plan = planner.plan(instance.scene.request(), np.random.default_rng(instance.seed))
     entry = next(iter(plan.robots.values()))
     solved = entry.status is PlanStatus.SOLVED
     hits = sum(bool(touches(*leg)) for leg in _legs(instance, entry)) if solved else 0
     ratio = entry.length_cells / optimum if solved and optimum > 0 else None
-    return {"status": entry.status.value, "ms": ms, "ratio": ratio, "waypoints": len(entry.path), "touches": hits}
+    return {
+        "status": entry.status.value,
+        "ms": plan.planning_ms,
+        "ratio": ratio,
+        "waypoints": len(entry.path),
+        "touches": hits,
+    }
 
 
 def _legs(instance: Instance, entry: RobotPlan) -> Iterator[Tuple[PlanRequest, FleetPlan]]:
@@ -188,7 +210,7 @@ def _timed(family: str, seed: int, robots: int, cells: int, particles: int) -> R
     instance = make_instance(
         family, seed, robots, GridSpec((cells, cells, 20), (-half, -half, 0.01), (half, half, 1.3))
     )
-    planner = planner_of("yarm", particles)
+    planner = CpuTimed(planner_of("yarm", particles))
     run = step_to_end(instance.scene, planner, np.random.default_rng(instance.seed), clearance=False)
     return {"status": run.status.value, "reason": run.reason, "ms": [round(ms, 2) for ms in run.ms], "steps": run.steps}
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 from ompl import base as ob
@@ -38,6 +38,8 @@ class OmplPlanner(BaselinePlanner):
         improve: use all the time to make the path shorter; else stop at the first path and shorten it by OMPL's
             path simplifier.
         simplify: whether to simplify.
+        clock: what the time limit is measured by, s, for instance ``time.process_time`` on a machine that is busy with
+            other things; not for PRM*, which hangs with it.
     """
 
     several_goals = True
@@ -49,8 +51,10 @@ class OmplPlanner(BaselinePlanner):
         time_limit_s: float = 1.0,
         improve: bool = False,
         simplify: bool = True,
+        clock: Optional[Callable[[], float]] = None,
     ) -> None:
         super().__init__(params)
+        self._clock = clock
         self._time_limit_s = time_limit_s
         self._improve = improve
         self._simplify = simplify
@@ -95,8 +99,14 @@ class OmplPlanner(BaselinePlanner):
         planner.setup()
         # A condition on the solution alone hangs BIT* and PRM* of this wheel; a time does not.
         condition = ob.timedPlannerTerminationCondition(limit_s)
+        if self._clock is not None:
+            condition = self._condition(self._clock, self._clock() + limit_s)
         planner.solve(condition)
         return problem.path(self._simplify)
+
+    @staticmethod
+    def _condition(clock: Callable[[], float], deadline_s: float) -> Any:
+        return ob.PlannerTerminationCondition(lambda: clock() > deadline_s)
 
     def _make(self, si: Any) -> Any:
         """The planner, for a space information."""
