@@ -12,7 +12,7 @@ from typing import List, Sequence
 from yarm.experiments.physics_sample import run_sample, sample_specs, write_sample
 from yarm.experiments.study import PLANNERS, Study, single_study, table_study
 from yarm.experiments.study_report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
-from yarm.experiments.study_runner import StudyError, run_specs
+from yarm.experiments.study_runner import StudyError, of_other_code, run_specs
 from yarm.experiments.trial import TrialResult
 from yarm.geometry import GridSpec
 
@@ -96,6 +96,12 @@ def main(arguments: Sequence[str]) -> int:
     options = parser().parse_args(arguments)
     folder = Path(options.results)
     for study in studies_of(options):
+        others = of_other_code(folder / "trials", study.specs())
+        if others:
+            sys.stderr.write(
+                f"{others} trials of {study.name} in {folder / 'trials'} were made by another version of the code and "
+                "are kept; delete them to run them again\n"
+            )
         try:
             results = run_specs(
                 study.specs(), folder / "trials", options.scheduler, options.workers, ProgressBar(study.name)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import json
 import logging
 import os
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
@@ -19,14 +21,39 @@ class StudyError(RuntimeError):
     """Trials failed; the message names them and what was raised."""
 
 
+CODE = ("geometry", "planning", "control", "experiments")
+"""Parts of the package that decide what a trial comes to."""
+
+
+@lru_cache(maxsize=1)
+def code_fingerprint() -> str:
+    """Short digest of the sources that decide what a trial comes to."""
+    digest = hashlib.sha256()
+    for part in CODE:
+        for file in sorted((Path(__file__).parents[1] / part).glob("*.py")):
+            digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def of_other_code(folder: Path, specs: Sequence[TrialSpec]) -> int:
+    """How many of the results on disk were made by other sources than these."""
+    count = 0
+    for spec in specs:
+        try:
+            count += json.loads((folder / f"{spec.key}.json").read_text()).get("code") != code_fingerprint()
+        except (FileNotFoundError, ValueError):
+            continue
+    return count
+
+
 def load_results(folder: Path, specs: Sequence[TrialSpec]) -> Dict[str, TrialResult]:
     """Results on disk of these trials, by key; a file that cannot be read counts as not there."""
     found = {}
     for spec in specs:
         path = folder / f"{spec.key}.json"
         try:
-            result = TrialResult.from_json(json.loads(path.read_text()))
-        except (FileNotFoundError, ValueError, TypeError):
+            result = TrialResult.from_json(json.loads(path.read_text())["result"])
+        except (FileNotFoundError, ValueError, TypeError, KeyError):
             continue
         if result.spec == spec:
             found[spec.key] = result
@@ -113,5 +140,5 @@ def _store(folder: Path, result: TrialResult) -> None:
     """Write the file whole or not at all."""
     path = folder / f"{result.spec.key}.json"
     part = path.with_suffix(".part")
-    part.write_text(json.dumps(result.to_json()))
+    part.write_text(json.dumps({"code": code_fingerprint(), "result": result.to_json()}))
     part.replace(path)

@@ -90,6 +90,14 @@ def test_a_broken_file_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert len(run_specs(TINY, tmp_path, workers=1)) == 2
 
 
+def test_results_of_other_code_are_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_runner, "run_trial", made_up)
+    run_specs(TINY, tmp_path, workers=1)
+    assert study_runner.of_other_code(tmp_path, TINY) == 0
+    monkeypatch.setattr(study_runner, "code_fingerprint", lambda: "another")
+    assert study_runner.of_other_code(tmp_path, TINY) == 2
+
+
 def test_one_failing_trial_is_named_and_the_others_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fake(spec: TrialSpec) -> TrialResult:
         if spec.seed == 0:
