@@ -102,9 +102,9 @@ def _first_plans(records: Iterable[Record]) -> str:
         )
     head = ["planner", "n", "solved", "ms p50", "ms p99", "length p50", "length p90", "waypoints", "paths that touch"]
     text = (
-        "## One robot, first plan\n\nOne ankurbot in `open`, `table_and_stand` and `narrow_gaps`, the same instances for"
-        " all. Length over the shortest way on the grid's eight neighbours with every turn tried (any-angle paths may be"
-        " shorter: below 1).\n\n"
+        "## One robot, first plan\n\nOne ankurbot in `open`, `table_and_stand` and `narrow_gaps`, the same instances"
+        " for all. Length over the shortest way on the grid's eight neighbours with every turn tried (any-angle paths"
+        " may be shorter: below 1).\n\n"
     )
     return text + _table(head, rows)
 

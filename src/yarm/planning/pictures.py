@@ -1,0 +1,86 @@
+"""The pictures of docs/planning.md, drawn by the code they explain.
+
+python3 -m yarm.planning.pictures docs/images
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import List
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from yarm.planning.graph import delaunay_edges
+from yarm.planning.oracle import Shape, Space
+from yarm.planning.params import PlannerParams
+from yarm.planning.particles import random_particles
+from yarm.planning.plot import COLORS, draw_graph, draw_map, draw_obstacle, draw_robot, draw_scene
+from yarm.planning.registry import make_planner
+from yarm.planning.scene import PlanScene, Stand
+from yarm.planning.scene_file import load_scene
+from yarm.planning.stepping import step_to_end
+from yarm.resources import resource
+
+
+def draw_pictures(folder: Path) -> List[Path]:
+    """Write every picture into a folder; gives their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    scenes = {name: load_scene(resource("scenes", "planning", f"{name}.yaml")) for name in _SCENES}
+    made = [
+        _particles(scenes["three_robots"], folder / "planning_particles.png"),
+        _obstacles(scenes["three_robots"], folder / "planning_cspace.png"),
+    ]
+    for name in _SCENES:
+        path = folder / f"planning_{name}.png"
+        planner = make_planner("yarm")
+        run = step_to_end(scenes[name], planner, np.random.default_rng(0), clearance=False)
+        draw_scene(scenes[name], run.first, path, run.trails)
+        made.append(path)
+    return made
+
+
+_SCENES = ("one_robot", "three_robots", "narrow_gap", "head_on")
+
+
+def _particles(scene: PlanScene, path: Path) -> Path:
+    """Random particles of the original beside the even ones of YARM, each with its graph."""
+    figure = Figure(figsize=(13.0, 7.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    request = scene.request()
+    random = random_particles(PlannerParams().particles, scene.spec.shape[:2], np.random.default_rng(1))
+    distinct = np.unique(random, axis=0)
+    plan = make_planner("yarm").plan(request, np.random.default_rng(1))
+    sets = [("original: random draws", distinct, delaunay_edges(distinct)), ("yarm: even", plan.particles, plan.edges)]
+    for i, (title, particles, edges) in enumerate(sets):
+        axes = figure.add_subplot(1, 2, i + 1)
+        draw_map(axes, scene)
+        draw_graph(axes, particles, edges)
+        axes.set_title(f"{title}, {len(particles)} columns")
+    figure.savefig(str(path), dpi=90)
+    return path
+
+
+def _obstacles(scene: PlanScene, path: Path) -> Path:
+    """Where the end effector may not be at two headings: the configuration-space obstacle."""
+    figure = Figure(figsize=(13.0, 7.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    robot = scene.robots[0]
+    shape = Shape(robot, scene.spec)
+    space = Space(shape, scene.occupied())
+    for i, heading in enumerate((0, 1)):
+        axes = figure.add_subplot(1, 2, i + 1)
+        draw_map(axes, scene)
+        draw_obstacle(axes, space.free[heading])
+        places = np.argwhere(space.free[heading])
+        x, y = (int(v) for v in places[np.argmin(np.abs(places - (25, 40)).sum(axis=1))])
+        draw_robot(axes, scene.spec, robot, Stand((x, y), shape.yaws[heading]), COLORS[0], 0.5)
+        axes.set_title(f"end effector may not be in the red columns at {np.degrees(shape.yaws[heading]):.0f} deg")
+    figure.savefig(str(path), dpi=90)
+    return path
+
+
+if __name__ == "__main__":
+    draw_pictures(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images"))
