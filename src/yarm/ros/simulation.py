@@ -185,7 +185,7 @@ class SimulationNode:
         return missing
 
     def _warm_up(self) -> None:
-        """Let time, but not physics, run until every participant has been heard; then go to the lock-step's start."""
+        """Let time, but not physics, run until all participants are heard; the first step is a camera set at the start."""
         begin = round(self._params.sync_start * STEPS_PER_SECOND)
         tick = 0
         while not rospy.is_shutdown() and self._unheard():
@@ -196,7 +196,7 @@ class SimulationNode:
             self._publish()
             self._next_s = max(self._next_s + TICK_S, time.monotonic())
             self._inbox.work_until(self._next_s)
-        self._world.steps = begin
+        self._world.steps = begin - round(TICK_S * STEPS_PER_SECOND)
 
     def _unheard(self) -> str:
         params = self._params
