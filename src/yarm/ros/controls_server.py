@@ -7,9 +7,11 @@ what has come and wake it. Without seeds it wakes ten times a second to notice t
 from __future__ import annotations
 
 import fnmatch
+import math
 import threading
+from collections import deque
 from dataclasses import dataclass
-from typing import Dict, Mapping, Optional, Type, Union
+from typing import Deque, Dict, Mapping, Optional, Type, Union
 
 import numpy as np
 import rospy
@@ -32,6 +34,9 @@ ROBOT_TYPES: Mapping[str, Union[Type[MobileUnit], Type[ArmUnit]]] = {
 }
 ROBOT_KINDS = ("Mobile", "Manipulator")
 WATCH_PERIOD_S = 0.1
+JUMP_AHEAD_S = 0.1
+"""Lock-step: a longer step ahead is its beginning; camera sets of before are not waited for, s."""
+SAME_TICK_S = 0.004
 
 
 @dataclass
@@ -48,7 +53,10 @@ class _Robot:
 
 
 class ControlsServer:
-    """Ties seeds, action servers and robots together."""
+    """Ties seeds, action servers and robots together.
+
+    Only the newest seeds count, except in lock-step, where no tick may be left out.
+    """
 
     def __init__(self, params: ControlsServerParams) -> None:
         """Subscribe; work begins with ``spin``."""
@@ -58,9 +66,10 @@ class ControlsServer:
         self._unknown: Dict[str, bool] = {}
         self._condition = threading.Condition()
         self._woken = False
-        self._seeds: Optional[TransformStampedVector] = None
+        self._seeds: Deque[TransformStampedVector] = deque(maxlen=None if params.sync else 1)
         self._last_s = -np.inf
         self._ack_after: Optional[StepAck] = None
+        self._lock_step_from_s = 0.0
         self._gone_sent = 0
         self._gone_received = 0
         self._reset = False
@@ -84,14 +93,16 @@ class ControlsServer:
             with self._condition:
                 self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
                 self._woken = False
-                seeds, reset, self._reset = self._seeds, self._reset, False
+                seeds, reset, self._reset = list(self._seeds), self._reset, False
             if reset and rospy.get_time() < self._last_s - JUMP_BACK_S:
                 self._start_afresh()
-            if seeds is not None and self._ready(seeds):
+            for message in seeds:
+                if not self._ready(message):
+                    break
                 with self._condition:
-                    if self._seeds is seeds:
-                        self._seeds = None
-                self._tick(seeds)
+                    if self._seeds and self._seeds[0] is message:
+                        self._seeds.popleft()
+                self._tick(message)
             self._watch()
         for name in list(self._robots):
             self._robots[name].unit.cancel("shutting down")
@@ -107,9 +118,12 @@ class ControlsServer:
         self._registry = {entry.name: entry for entry in message.entries}
         self._wake()
 
+    def _entry(self, name: str) -> Optional[RegisteredObject]:
+        return self._registry.get(name)
+
     def _on_seeds(self, message: TransformStampedVector) -> None:
         with self._condition:
-            self._seeds = message
+            self._seeds.append(message)
         self._wake()
 
     def _on_ack(self, message: StepAck) -> None:
@@ -134,7 +148,10 @@ class ControlsServer:
         ack = self._ack_after
         if ack is None:
             return True
-        if ack.header.stamp.to_sec() <= stamp_s - 0.75 * self._params.sync_set_period_s:
+        if stamp_s - self._last_s > JUMP_AHEAD_S:
+            self._lock_step_from_s = stamp_s
+        set_s = math.floor(stamp_s * self._params.sync_set_hz + 0.25) / self._params.sync_set_hz
+        if self._lock_step_from_s - SAME_TICK_S < set_s and ack.header.stamp.to_sec() < set_s - SAME_TICK_S:
             return False
         received = sum(self._received(robot) for robot in self._robots.values())
         return received + self._gone_received >= ack.commands_sent
@@ -167,7 +184,7 @@ class ControlsServer:
                     rospy.logwarn("%s: no robot type matches; known: %s", name, ", ".join(ROBOT_TYPES))
                     self._unknown[name] = False
                 return
-            unit = unit_type(name, self._params, lambda robot: self._registry.get(robot), self._wake)
+            unit = unit_type(name, self._params, self._entry, self._wake)
             robot = _Robot(unit, MoveRobotServer(names.move_robot(name)), pose, now_s)
             self._robots[name] = robot
             rospy.loginfo("%s (%s): %s is up", name, unit.kind, names.move_robot(name))

@@ -44,7 +44,9 @@ class ArmUnit(RobotUnit):
         self._outbox = Outbox()
         self._joy = self._outbox.publisher(names.sander_joy(name), Joy)
         self._switch = self._outbox.publisher(names.motion_start_stop(name), Int8)
-        self._ack = rospy.Publisher(names.sander_command_ack(name), StepAck, queue_size=10) if params.sync else None
+        self._ack = (
+            rospy.Publisher(names.sander_command_ack(name), StepAck, queue_size=10, latch=True) if params.sync else None
+        )
         self._status = rospy.Subscriber(
             names.sander_status(name), SanderStatus, self._on_status, queue_size=20, tcp_nodelay=True
         )

@@ -24,4 +24,4 @@ class ControlsServerParams(BaseParams):
         False, "", "lock-step: act on a tick only with everything that belongs to it, and acknowledge it"
     )
     sync_after: str = param("commander", "", "lock-step: node whose acknowledgement is awaited; empty for none")
-    sync_set_period_s: float = param(0.0333333, "s", "lock-step: time between two camera sets", 0.001, 1.0)
+    sync_set_hz: float = param(30.0, "Hz", "lock-step: camera sets, at whole multiples of their period", 1.0, 1000.0)

@@ -7,8 +7,9 @@ lock-step on the spot.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from typing import List, Optional, Sequence, Tuple
+from typing import Deque, List, Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -39,7 +40,7 @@ Axes = Tuple[float, float, float, float]
 
 
 class SanderNode:
-    """Ties topics to the machine."""
+    """Ties topics to the machine. Only the newest joints count, except in lock-step, where no tick may be left out."""
 
     def __init__(self, params: SanderNodeParams) -> None:
         """Subscribe and advertise; work begins with ``spin``."""
@@ -48,7 +49,7 @@ class SanderNode:
         self._joint_names = [joint.name for joint in arm.model.moving_joints]
         self._condition = threading.Condition()
         self._woken = False
-        self._joints: Optional[JointState] = None
+        self._joints: Deque[JointState] = deque(maxlen=None if params.sync else 1)
         self._presses: List[Button] = []
         self._switches: List[bool] = []
         self._axes: Optional[Axes] = None
@@ -73,11 +74,13 @@ class SanderNode:
             with self._condition:
                 self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
                 self._woken = False
-                joints = self._joints
-            if joints is not None and self._ready(joints.header.stamp.to_sec()):
+                waiting = list(self._joints)
+            for joints in waiting:
+                if not self._ready(joints.header.stamp.to_sec()):
+                    break
                 with self._condition:
-                    if self._joints is joints:
-                        self._joints = None
+                    if self._joints and self._joints[0] is joints:
+                        self._joints.popleft()
                 self._tick(joints)
 
     def _advertise(self) -> None:
@@ -113,7 +116,7 @@ class SanderNode:
 
     def _on_joints(self, message: JointState) -> None:
         with self._condition:
-            self._joints = message
+            self._joints.append(message)
         self._wake()
 
     def _on_joy(self, message: Joy) -> None:
