@@ -37,6 +37,14 @@ endforeach()
 install(TARGETS yarm_nodelets LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(TARGETS ${yarm_node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
+# Plays recorded clouds and measures the answer; bench/perception_nodes.py builds and runs it.
+add_executable(perception_nodes_player EXCLUDE_FROM_ALL bench/perception_nodes_player.cpp)
+target_compile_options(perception_nodes_player PRIVATE -Wall -Wextra -Wpedantic)
+target_include_directories(perception_nodes_player PRIVATE include)
+target_include_directories(perception_nodes_player SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+target_link_libraries(perception_nodes_player PRIVATE ${catkin_LIBRARIES})
+add_dependencies(perception_nodes_player ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+
 if(CATKIN_ENABLE_TESTING)
   foreach(test set_assembler_test perception_edge_test)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)

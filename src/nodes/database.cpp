@@ -61,27 +61,28 @@ std_msgs::ColorRGBA colour(std::size_t number) {
   return made;
 }
 
-Marker cubes(const GridSpec& grid, perception::StampNs stamp_ns, const char* space) {
+// A list of cubes on the given cells; an empty list takes the marker away.
+Marker cubes(const GridSpec& grid, perception::StampNs stamp_ns, const std::string& space,
+             const std::vector<std::int32_t>& cells) {
   Marker marker;
   marker.header.stamp = toTime(stamp_ns);
   marker.header.frame_id = names::WORLD_FRAME;
   marker.ns = space;
   marker.type = Marker::CUBE_LIST;
-  marker.action = Marker::ADD;
+  marker.action = cells.empty() ? Marker::DELETE : Marker::ADD;
   marker.pose.orientation.w = 1.0;
   marker.scale.x = kMarkerSize * grid.resolution(0);
   marker.scale.y = kMarkerSize * grid.resolution(1);
   marker.scale.z = kMarkerSize * grid.resolution(2);
+  for (const std::int32_t index : cells) {
+    const Eigen::Vector3d centre = grid.centre(grid.cellOf(index));
+    geometry_msgs::Point point;
+    point.x = centre.x();
+    point.y = centre.y();
+    point.z = centre.z();
+    marker.points.push_back(point);
+  }
   return marker;
-}
-
-void addCube(const GridSpec& grid, std::int32_t index, Marker& marker) {
-  const Eigen::Vector3d centre = grid.centre(grid.cellOf(index));
-  geometry_msgs::Point point;
-  point.x = centre.x();
-  point.y = centre.y();
-  point.z = centre.z();
-  marker.points.push_back(point);
 }
 
 }  // namespace
@@ -94,7 +95,7 @@ Database::Database(const ros::NodeHandle& handle, const ros::NodeHandle& private
   handle_.setCallbackQueue(&Executor::instance().queue());
   metadata_out_ = handle_.advertise<yarm::MapMetaData>(names::PLANNING_METADATA, 10);
   collisions_out_ = handle_.advertise<Marker>(names::COLLISIONS, 10);
-  occupancy_out_ = handle_.advertise<Marker>(names::OCCUPANCY, 10);
+  occupancy_out_ = handle_.advertise<visualization_msgs::MarkerArray>(names::OCCUPANCY, 10);
   predict_ = handle_.advertiseService(names::PREDICT_NEW_STATE, &Database::onPredict, this);
   associated_in_ = handle_.subscribe(names::ASSOCIATED_CLUSTERS, 32, &Database::onAssociated, this,
                                      ros::TransportHints().tcpNoDelay());
@@ -179,30 +180,33 @@ void Database::publishMetadata(const perception::OccupancyGrid& grid) {
 }
 
 void Database::publishMarkers(const perception::OccupancyGrid& grid) {
-  const perception::StampNs stamp_ns = present_->set.stamp_ns;
   if (collisions_out_.getNumSubscribers() > 0) {
-    const auto marker = boost::make_shared<Marker>(cubes(grid.spec, stamp_ns, names::COLLISIONS));
-    marker->color.r = 1.0F;
-    marker->color.a = 1.0F;
-    marker->action = grid.collisions.empty() ? Marker::DELETE : Marker::ADD;
-    for (const std::int32_t index : grid.collisions) {
-      addCube(grid.spec, index, *marker);
-    }
-    collisions_out_.publish(marker);
+    Marker marker = cubes(grid.spec, present_->set.stamp_ns, names::COLLISIONS, grid.collisions);
+    marker.color.r = 1.0F;
+    marker.color.a = 1.0F;
+    collisions_out_.publish(boost::make_shared<Marker>(std::move(marker)));
   }
   const auto period_ns = static_cast<std::int64_t>(1e9 / params_.marker_rate);
   if (occupancy_out_.getNumSubscribers() > 0 && steadyNow() - last_view_ns_ >= period_ns) {
     last_view_ns_ = steadyNow();
-    const auto marker = boost::make_shared<Marker>(cubes(grid.spec, stamp_ns, names::OCCUPANCY));
-    for (std::size_t object = 0; object < grid.object_cells.size(); ++object) {
-      for (const std::int32_t index : grid.object_cells[object]) {
-        addCube(grid.spec, index, *marker);
-        marker->colors.push_back(colour(object));
-      }
-    }
-    marker->action = marker->points.empty() ? Marker::DELETE : Marker::ADD;
-    occupancy_out_.publish(marker);
+    publishOccupancy(grid);
   }
+}
+
+void Database::publishOccupancy(const perception::OccupancyGrid& grid) {
+  const auto view = boost::make_shared<visualization_msgs::MarkerArray>();
+  Marker clear;
+  clear.header.frame_id = names::WORLD_FRAME;
+  clear.action = Marker::DELETEALL;  // objects that left
+  view->markers.push_back(clear);
+  for (std::size_t object = 0; object < grid.object_cells.size(); ++object) {
+    if (!grid.object_cells[object].empty()) {
+      const std::string& name = present_->set.objects[object].name;
+      view->markers.push_back(cubes(grid.spec, present_->set.stamp_ns, name, grid.object_cells[object]));
+      view->markers.back().color = colour(object);
+    }
+  }
+  occupancy_out_.publish(view);
 }
 
 bool Database::onPredict(yarm::PredictNewState::Request& request, yarm::PredictNewState::Response& response) {

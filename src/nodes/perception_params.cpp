@@ -1,4 +1,4 @@
-// Prints every parameter of the perception nodes, one a line: node, name, type, default, unit, allowed, meaning.
+// Prints every parameter of the perception nodes, one a line: node, name, default, unit, allowed, meaning.
 #include "yarm/ros/node_params.hpp"
 
 #include <iostream>

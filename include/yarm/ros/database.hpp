@@ -9,6 +9,7 @@
 
 #include <ros/ros.h>
 #include <visualization_msgs/Marker.h>
+#include <visualization_msgs/MarkerArray.h>
 #include <yarm/AssociatedClusterVector.h>
 #include <yarm/MapMetaData.h>
 #include <yarm/PredictNewState.h>
@@ -32,6 +33,7 @@ class Database : public PolledNode {
   void onAssociated(const yarm::AssociatedClusterVectorConstPtr& message);
   void publishMetadata(const perception::OccupancyGrid& grid);
   void publishMarkers(const perception::OccupancyGrid& grid);
+  void publishOccupancy(const perception::OccupancyGrid& grid);
   // A refused question is answered with collision = true: nothing was shown to be safe.
   bool onPredict(yarm::PredictNewState::Request& request, yarm::PredictNewState::Response& response);
 

@@ -73,12 +73,6 @@ inline std::string valueText(const std::vector<std::string>& values) {
   return text + "]";
 }
 
-inline std::string typeText(bool) { return "bool"; }
-inline std::string typeText(int) { return "int"; }
-inline std::string typeText(double) { return "float"; }
-inline std::string typeText(const std::string&) { return "str"; }
-inline std::string typeText(const std::vector<std::string>&) { return "list of str"; }
-
 // Takes values out of a parameter server's struct, noting every fault.
 class ParamReader {
  public:
@@ -171,7 +165,7 @@ class ParamReader {
   std::string faults_;
 };
 
-// Writes one line a parameter: node, name, type, default, unit, allowed values, meaning; separated by tabs.
+// Writes one line a parameter: node, name, default, unit, allowed values, meaning; separated by tabs.
 class ParamTable {
  public:
   ParamTable(std::ostream& out, std::string node) : out_(out), node_(std::move(node)) {}
@@ -179,7 +173,7 @@ class ParamTable {
   template <class Value, class Allowed>
   void operator()(const std::string& name, const Value& value, const std::string& unit, const Allowed& allowed,
                   const std::string& doc) {
-    out_ << node_ << '\t' << name << '\t' << typeText(value) << '\t' << valueText(value) << '\t' << unit << '\t'
+    out_ << node_ << '\t' << name << '\t' << valueText(value) << '\t' << unit << '\t'
          << allowedText(allowed) << '\t' << doc << '\n';
   }
 

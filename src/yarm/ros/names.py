@@ -19,6 +19,7 @@ STEP_ACK = "sim/step_ack"
 
 # Perception.
 VOXELIZED_CLOUD = "voxelized_cloud"
+MERGED_POINTS = "merged_points"
 CLOUD_CLUSTERS = "cloud_clusters"
 SEED_TRANSFORMS = "seed_transforms"
 STATIC_ASSOCIATION_SWITCH = "static_association_switch"

@@ -1,0 +1,224 @@
+#!/usr/bin/env python3
+"""How long perception takes from the last cloud of a set to the map, with recorded clouds at the cameras' 30 Hz.
+
+    source tools/env.sh && python3 bench/perception_nodes.py
+
+Records camera sets from the simulator once, then plays them (a C++ player and probe) to the nodes as they are shipped,
+with and without another process keeping one core busy, for each back end and both ways of running the nodes. Prints a
+table, and one JSON object a line with ``--json``. ``--fuzz N`` also tries N clouds with lies in their layout.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any, Dict, Iterator, List
+
+import psutil
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
+PORT = 11399
+RECORD_RATE = 0.25
+CASES = [
+    ("fused", True, False),
+    ("fused", True, True),
+    ("fused", False, True),
+    ("pcl", True, True),
+]
+CORES = ("perception", "merge_clouds", "cluster_assoc", "database")
+
+
+@contextlib.contextmanager
+def launched(command: List[str], log: Path) -> Iterator[subprocess.Popen]:
+    """A child process that is stopped at the end."""
+    with log.open("w") as output:
+        child = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+        try:
+            yield child
+        finally:
+            child.send_signal(signal.SIGINT)
+            try:
+                child.wait(timeout=30.0)
+            except subprocess.TimeoutExpired:
+                child.kill()
+
+
+@contextlib.contextmanager
+def busy_core(wanted: bool) -> Iterator[None]:
+    """Another process that never rests."""
+    if not wanted:
+        yield
+        return
+    child = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    try:
+        yield
+    finally:
+        child.kill()
+        child.wait()
+
+
+def record(path: Path, scene: str, sets: int) -> None:
+    """Write camera sets of a running simulation, as they come over the wire."""
+    import rospy  # noqa: PLC0415
+    from geometry_msgs.msg import Twist  # noqa: PLC0415
+    from rospy.msg import AnyMsg  # noqa: PLC0415
+    from tf2_msgs.msg import TFMessage  # noqa: PLC0415
+
+    from yarm.ros import names  # noqa: PLC0415
+
+    rospy.init_node("perception_nodes_record", disable_signals=True)
+    lock = threading.Lock()
+    latest: Dict[str, bytes] = {}
+    clouds: Dict[bytes, Dict[int, bytes]] = {}
+    frames: Dict[bytes, bytes] = {}
+    whole: List[bytes] = []
+
+    def on_tf(message: Any) -> None:
+        stamp = TFMessage().deserialize(message._buff).transforms[0].header.stamp
+        frames[struct.pack("<II", stamp.secs, stamp.nsecs)] = message._buff
+
+    def on_cloud(message: Any, camera: int) -> None:
+        stamp = message._buff[4:12]
+        with lock:
+            clouds.setdefault(stamp, {})[camera] = message._buff
+            if len(clouds[stamp]) == 4 and stamp in frames and len(whole) < sets:
+                parts = [frames[stamp], *(clouds.pop(stamp)[c] for c in range(1, 5))]
+                whole.append(b"".join(struct.pack("<I", len(part)) + part for part in parts))
+
+    rospy.Subscriber("/tf", AnyMsg, on_tf)
+    rospy.Subscriber("/tf_static", AnyMsg, lambda m: latest.__setitem__("fixed", m._buff))
+    rospy.Subscriber(names.OBJECT_REGISTRY, AnyMsg, lambda m: latest.__setitem__("registry", m._buff))
+    for camera in range(1, 5):
+        rospy.Subscriber(names.camera_points(camera), AnyMsg, on_cloud, camera, buff_size=1 << 24)
+    drive = rospy.Publisher(names.cmd_vel("ankurbot_1"), Twist, queue_size=1)
+    end = time.monotonic() + 240.0
+    while len(whole) < sets:
+        if time.monotonic() > end:
+            raise TimeoutError(f"only {len(whole)} of {sets} whole sets of {scene} came within 240 s")
+        command = Twist()
+        command.linear.x = 0.3
+        drive.publish(command)
+        time.sleep(0.1)
+    with path.open("wb") as file:
+        file.write(struct.pack("<II", len(whole), 4))
+        for name in ("fixed", "registry"):
+            file.write(struct.pack("<I", len(latest[name])) + latest[name])
+        file.writelines(whole)
+
+
+def record_in_child(path: Path, scene: str, sets: int, folder: Path) -> None:
+    """Start the simulation, record, stop it."""
+    command = ["roslaunch", "yarm", "simulation.launch", f"scene:={scene}", f"real_time_factor:={RECORD_RATE}"]
+    with launched(command, folder / "simulation.log"):
+        subprocess.run(
+            [sys.executable, __file__, "--record", str(path), "--scene", scene, "--record-sets", str(sets)], check=True
+        )
+
+
+def usage(processes: List[psutil.Process]) -> Dict[str, float]:
+    """CPU seconds and minor page faults of some processes, in all."""
+    total = {"cpu_s": 0.0, "faults": 0.0}
+    for process in processes:
+        times = process.cpu_times()
+        total["cpu_s"] += times.user + times.system
+        total["faults"] += float(Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[7])
+    return total
+
+
+def perception_processes(launch: subprocess.Popen) -> List[psutil.Process]:
+    """The C++ nodes that a roslaunch has started."""
+    return [p for p in psutil.Process(launch.pid).children(recursive=True) if p.name() in CORES]
+
+
+def measure(recording: Path, sets: int, backend: str, nodelets: bool, busy: bool, folder: Path) -> Dict[str, Any]:
+    """One case: what the player saw, and what the nodes used for it."""
+    command = ["roslaunch", "yarm", "perception.launch", f"backend:={backend}", f"nodelets:={str(nodelets).lower()}"]
+    with launched(command, folder / f"perception_{backend}_{nodelets}_{busy}.log") as launch:
+        wanted = 1 if nodelets else 3
+        end = time.monotonic() + 30.0
+        while len(perception_processes(launch)) < wanted and time.monotonic() < end:
+            time.sleep(0.1)
+        time.sleep(3.0)
+        processes = perception_processes(launch)
+        before = usage(processes)
+        with busy_core(busy):
+            began = time.monotonic()
+            player = subprocess.run(
+                [str(BUILD / "devel" / "lib" / "yarm" / "perception_nodes_player"), str(recording), str(sets), "30"],
+                capture_output=True,
+                text=True,
+                timeout=sets / 30.0 + 120.0,
+                check=True,
+            )
+            elapsed = time.monotonic() - began
+        after = usage(processes)
+    result: Dict[str, Any] = json.loads(player.stdout)
+    result.update(backend=backend, nodelets=nodelets, busy=busy, load=os.getloadavg()[0])
+    result["cpu_ms_per_set"] = 1000.0 * (after["cpu_s"] - before["cpu_s"]) / sets
+    result["faults_per_set"] = (after["faults"] - before["faults"]) / sets
+    result["share_of_core"] = (after["cpu_s"] - before["cpu_s"]) / elapsed
+    return result
+
+
+def print_row(result: Dict[str, Any]) -> None:
+    """One line of the table."""
+    print(
+        f"{result['backend']:6} {'nodelets' if result['nodelets'] else 'processes':9} "
+        f"{'one core busy' if result['busy'] else 'quiet':13} {result['p50_ms']:7.1f} {result['p99_ms']:7.1f} "
+        f"{result['max_ms']:7.1f} {result['sent'] - result['answered']:5d} of {result['sent']:5d} "
+        f"{result['cpu_ms_per_set']:8.2f} {result['faults_per_set']:8.1f} {result['load']:6.1f}",
+        flush=True,
+    )
+
+
+def main() -> None:
+    """Record, measure, print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", default="2m1ma")
+    parser.add_argument("--sets", type=int, default=930, help="sets played a case, the first 30 not measured")
+    parser.add_argument("--record-sets", type=int, default=24)
+    parser.add_argument("--recording", type=Path, help="use or make this recording")
+    parser.add_argument("--record", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--cases", type=int, default=len(CASES), help="only the first cases")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--fuzz", type=int, default=0, help="clouds with lies to try under AddressSanitizer")
+    options = parser.parse_args()
+    if options.record:
+        record(options.record, options.scene, options.record_sets)
+        return
+    targets = ["perception_nodes_player"] + (["cloud_reader_fuzz_test"] if options.fuzz else [])
+    subprocess.run(["make", "-C", str(BUILD), *targets], check=True, stdout=subprocess.DEVNULL)
+    os.environ["ROS_MASTER_URI"] = f"http://localhost:{PORT}"
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        with launched(["roscore", "-p", str(PORT)], folder / "roscore.log"):
+            time.sleep(3.0)
+            subprocess.run(["rosparam", "set", "/use_sim_time", "true"], check=True)
+            recording = options.recording or folder / "sets.bin"
+            if not recording.is_file():
+                record_in_child(recording, options.scene, options.record_sets, folder)
+            print(
+                f"{'':6} {'':9} {'':13}  p50 ms  p99 ms  max ms  dropped        CPU ms/set faults/set  load", flush=True
+            )
+            for backend, nodelets, busy in CASES[: options.cases]:
+                result = measure(recording, options.sets, backend, nodelets, busy, folder)
+                print(json.dumps(result)) if options.json else print_row(result)
+    if options.fuzz:
+        subprocess.run(
+            [str(BUILD / "devel" / "lib" / "yarm" / "cloud_reader_fuzz_test"), str(options.fuzz)], check=True
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""Every fault an input of perception can have: the sets go on, and diagnostics name the sick input."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import time
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from geometry_msgs.msg import Pose
+from perception_cell import CAMERAS, Cell, Thing
+
+from yarm.ros import names
+from yarm.srv import PredictNewState
+
+CAMERA_HEALTH = "merge_clouds: cameras"
+ASSOC_HEALTH = "cluster_assoc: inputs"
+TABLE = ("table", "Obstacle", "static", (0.9, 1.2, 0.7), (0.0, 0.0, 0.35))
+ROBOT = ("ankurbot_1", "Mobile", "dynamic", (0.4, 0.4, 0.6), (1.6, 0.0, 0.4))
+GUEST = ("debris_7", "Debris", "dynamic", (0.3, 0.3, 0.3), (0.0, 1.8, 0.25))
+
+
+def things(*rows):
+    return [Thing(*row) for row in rows]
+
+
+def cells(metadata, name):
+    return len(metadata.grid_indices[metadata.frames.index(name)].indices)
+
+
+class PerceptionTest(unittest.TestCase):
+    cell: Cell
+
+    @classmethod
+    def setUpClass(cls):
+        cls.cell = Cell()
+        cls.cell.register(*things(TABLE, ROBOT))
+        cls.cell.switch(False)
+        cls.cell.wait_for_nodes()
+        cls.cell.tick()
+
+    def healthy(self):
+        self.cell.wait_for_health(lambda m: m.endswith(" sets") and ";" not in m, CAMERA_HEALTH, "that all is well")
+
+    def complains(self, node, *parts, **kwargs):
+        text = self.cell.wait_for_health(lambda m: all(p in m for p in parts), node, f"{parts}", **kwargs)
+        return text
+
+    def keep_sending_bad(self, camera, spoil, *parts):
+        before = len(self.cell.metadata)
+        with self.cell._lock:
+            self.cell.health.clear()
+        end = time.monotonic() + 20.0
+        steps = 0
+        while not all(p in self.cell.health.get(CAMERA_HEALTH, "") for p in parts):
+            self.assertLess(time.monotonic(), end, f"{parts} never named; last: {self.cell.health}")
+            metadata = self.cell.step(**{f"camera_{camera}": spoil})
+            steps += 1
+            self.assertGreater(cells(metadata, "table"), 100)
+            time.sleep(0.01)
+        self.assertEqual(len(self.cell.metadata) - before, steps)
+
+    def test_01_missing_transform_then_there(self):
+        self.cell.place_cameras([1, 2, 3])
+        time.sleep(0.3)
+        text = self.complains(CAMERA_HEALTH, names.camera_points(4), "no transform", "unknown to tf")
+        self.assertNotIn(names.camera_points(1), text)
+        self.cell.place_cameras(CAMERAS)
+        self.healthy()
+
+    def test_02_calibrates_and_runs(self):
+        for _ in range(5):
+            metadata = self.cell.step()
+        self.assertEqual(metadata.frames, ["table", "ankurbot_1"])
+        self.assertEqual(metadata.objects, ["Obstacle", "Mobile"])
+        self.assertEqual(metadata.header.frame_id, "world")
+        self.assertGreater(cells(metadata, "table"), 100)
+        self.assertGreater(cells(metadata, "ankurbot_1"), 20)
+        self.assertEqual(list(metadata.collisions), [])
+        self.cell.switch(True)
+        time.sleep(0.2)
+        stamps = [self.cell.step().header.stamp for _ in range(10)]
+        self.assertEqual(stamps, sorted(set(stamps)))
+
+    def test_03_silent_camera_and_back(self):
+        others = [1, 3, 4]
+        self.cell.step(only=others)
+        with self.cell._lock:
+            self.cell.health.clear()
+        end = time.monotonic() + 20.0
+        while names.camera_points(2) + ": silent for" not in self.cell.health.get(CAMERA_HEALTH, ""):
+            self.assertLess(time.monotonic(), end, f"{self.cell.health}")
+            self.cell.step(only=others)
+        began = time.monotonic()
+        for _ in range(10):
+            self.cell.step(only=others)
+        self.assertLess(time.monotonic() - began, 1.5, "a silent camera must not hold sets up")
+        self.healthy()
+
+    def test_04_empty_and_nan_clouds_count_as_received(self):
+        def empty(message):
+            message.width = message.height = message.row_step = 0
+            message.data = b""
+
+        def blind(message):
+            message.data = np.full(len(message.data) // 4, np.nan, np.float32).tobytes()
+
+        self.healthy()
+        began = time.monotonic()
+        for spoil in (empty, blind):
+            for _ in range(5):
+                self.assertGreater(cells(self.cell.step(camera_3=spoil), "table"), 100)
+        self.assertLess(time.monotonic() - began, 1.5, "an empty cloud must not be waited for")
+        self.healthy()
+        nothing = {f"camera_{c}": empty for c in CAMERAS}
+        self.assertEqual(self.cell.step(**nothing).frames[:2], ["table", "ankurbot_1"])
+
+    def test_05_wrong_frame(self):
+        def spoil(message):
+            message.header.frame_id = "world"
+
+        self.keep_sending_bad(1, spoil, names.camera_points(1), "frame 'world', must be")
+        self.healthy()
+
+    def test_06_wrong_layout(self):
+        def spoil(message):
+            message.fields[1].offset = 4000
+
+        self.keep_sending_bad(2, spoil, names.camera_points(2), "field y at offset 4000")
+        self.healthy()
+
+    def test_07_infinite_coordinates(self):
+        def spoil(message):
+            points = np.frombuffer(message.data, np.float32).copy()
+            points[4 * 10] = math.inf
+            message.data = points.tobytes()
+
+        self.keep_sending_bad(3, spoil, names.camera_points(3), "infinite or absurd")
+        self.healthy()
+
+    def test_08_stamp_backwards(self):
+        def spoil(message):
+            message.header.stamp -= rospy.Duration(1.0)
+
+        self.keep_sending_bad(4, spoil, names.camera_points(4), "stamp went back by")
+        self.healthy()
+
+    def test_09_stamp_in_the_future_does_not_block_the_camera(self):
+        def spoil(message):
+            message.header.stamp += rospy.Duration(1000.0)
+
+        self.keep_sending_bad(4, spoil, names.camera_points(4), "ahead of the clock")
+        self.healthy()
+
+    def test_10_object_comes_and_is_deleted(self):
+        self.cell.register(*things(TABLE, ROBOT, GUEST))
+        for _ in range(60):
+            metadata = self.cell.step()
+            if "debris_7" in metadata.frames and cells(metadata, "debris_7") > 0:
+                break
+        self.assertGreater(cells(metadata, "debris_7"), 0)
+        first = metadata.UIDs[metadata.frames.index("debris_7")]
+        self.cell.register(*things(TABLE, ROBOT))
+        for _ in range(60):
+            metadata = self.cell.step()
+            if "debris_7" not in metadata.frames:
+                break
+        self.assertNotIn("debris_7", metadata.frames)
+        self.assertNotIn(first, metadata.UIDs)
+        self.assertNotIn("", metadata.objects)
+        self.cell.register(*things(TABLE, ROBOT, GUEST))
+        for _ in range(60):
+            metadata = self.cell.step()
+            if "debris_7" in metadata.frames:
+                break
+        self.assertNotEqual(metadata.UIDs[metadata.frames.index("debris_7")], first)
+        self.cell.register(*things(TABLE, ROBOT))
+
+    def test_11_seeds_silent(self):
+        self.cell.step()
+        self.cell.tf_on = False
+        self.complains(ASSOC_HEALTH, names.SEED_TRANSFORMS, "without seeds of their time")
+        self.cell.tf_on = True
+        self.cell.wait_for_health(lambda m: m.endswith(" sets") and ";" not in m, ASSOC_HEALTH, "that all is well")
+
+    def test_12_predict_new_state(self):
+        rospy.wait_for_service(names.PREDICT_NEW_STATE, 10.0)
+        predict = rospy.ServiceProxy(names.PREDICT_NEW_STATE, PredictNewState)
+        self.cell.step()
+        there = Pose()
+        there.position.x, there.position.z, there.orientation.w = 0.3, 0.7, 1.0
+        answer = predict(["ankurbot_1"], [there])
+        self.assertTrue(answer.collision, answer.message)
+        self.assertEqual(answer.pairs, ["ankurbot_1 table"])
+        self.assertGreater(len(answer.cells), 0)
+        there.position.x = 1.7
+        self.assertFalse(predict(["ankurbot_1"], [there]).collision)
+        self.assertIn("refused", predict(["nobody"], [there]).message)
+        there.orientation.w = 0.0
+        self.assertIn("refused: ankurbot_1", predict(["ankurbot_1"], [there]).message)
+        self.assertIn("refused: 1 names for 0 poses", predict(["ankurbot_1"], []).message)
+
+    def test_13_clock_reset(self):
+        self.cell.now_s = 1.0
+        began = len(self.cell.metadata)
+        for _ in range(5):
+            metadata = self.cell.step()
+        self.assertAlmostEqual(metadata.header.stamp.to_sec(), self.cell.now_s, places=6)
+        self.assertEqual(len(self.cell.metadata) - began, 5)
+        self.assertIn("ankurbot_1", metadata.frames)
+        self.healthy()
+
+    def test_14_wrong_parameters_are_refused_all_at_once(self):
+        ended = subprocess.run(
+            [
+                "rosrun",
+                "yarm",
+                "merge_clouds",
+                "__name:=merge_refused",
+                "_voxel_size_x:=9.0",
+                "_backend:=magic",
+                "_tpyo:=1",
+            ],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+        self.assertEqual(ended.returncode, 1)
+        for part in ("voxel_size_x = 9", "0.001 to 1 m", "one of 'fused', 'pcl'", "tpyo: unknown parameter"):
+            self.assertIn(part, ended.stdout + ended.stderr)
+
+    def test_15_every_set_gave_one_metadata(self):
+        stamps = [m.header.stamp.to_nsec() for m in self.cell.metadata]
+        self.assertEqual(len(stamps), len(set(stamps)))
+
+
+if __name__ == "__main__":
+    rospy.init_node("perception_test")
+    rostest.rosrun("yarm", "perception_test", PerceptionTest, sys.argv)
