@@ -53,7 +53,7 @@ def plot_map(
     for row in record.waypoints:
         if row.robot in names and 0 <= row.column_x < spec.shape[0] and 0 <= row.column_y < spec.shape[1]:
             heat[row.column_x, row.column_y] += 1
-    _draw_obstacles(axes, obstacles)
+    draw_obstacles(axes, obstacles)
     shown = np.where(heat.T > 0, heat.T, np.nan)
     image = axes.imshow(shown, origin="lower", cmap="YlOrRd", vmin=0, vmax=max(1.0, float(heat.max())))
     figure.colorbar(image, ax=axes, label="waypoints sent into the cell", shrink=0.8, ticks=MaxNLocator(integer=True))
@@ -71,7 +71,8 @@ def plot_map(
     return save_figure(figure, path)
 
 
-def _draw_obstacles(axes: Any, obstacles: Optional[BoolArray]) -> None:
+def draw_obstacles(axes: Any, obstacles: Optional[BoolArray]) -> None:
+    """Columns (gx, gy) with something that never moves, in grey."""
     if obstacles is not None and obstacles.any():
         shown = np.where(obstacles.T, 1.0, np.nan)
         axes.imshow(shown, origin="lower", cmap="Greys", vmin=0, vmax=2.5)

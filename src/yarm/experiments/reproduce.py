@@ -14,7 +14,6 @@ from yarm.experiments.study import PLANNERS, Study, single_study, table_study
 from yarm.experiments.study_report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
 from yarm.experiments.study_runner import StudyError, of_other_code, run_specs
 from yarm.experiments.trial import TrialResult
-from yarm.geometry import GridSpec
 
 BAR = 40
 STUDIES = ("table", "planning_time", "physics")
@@ -77,7 +76,7 @@ def report(study: Study, results: Sequence[TrialResult], folder: Path) -> str:
     if study.name == "planning_time":
         return f"figure: {write_planning_times(results, folder)}"
     plot_rates(results, folder / "table.png")
-    plot_waypoints(results, folder / "table_waypoints.png", GridSpec(), study.scene)
+    plot_waypoints(results, folder / "table_waypoints.png", study.scene)
     return write_table(results, folder)
 
 

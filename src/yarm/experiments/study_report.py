@@ -8,13 +8,17 @@ from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.ticker import MaxNLocator
 
-from yarm.experiments.plots import new_figure, save_figure
+from yarm.experiments.kinematic import KinematicWorld
+from yarm.experiments.plots import draw_obstacles, new_figure, save_figure
 from yarm.experiments.statistics import percentile
 from yarm.experiments.study import PARTICLES, TABLE_HEADER, CellSummary, summarise, table_rows
 from yarm.experiments.tables import markdown_table
 from yarm.experiments.trial import TrialResult
 from yarm.geometry import GridSpec
+from yarm.sim.scene import load_scene
 
 SHARES = ("stationary", "moving", "stuck", "solved", "clean", "elsewhere", "free_end")
 SHARE_TITLES = (
@@ -86,7 +90,10 @@ def plot_rates(results: Sequence[TrialResult], path: Path) -> Path:
         axis.set_xticklabels([str(n) for n in PARTICLES])
         axis.grid(True, alpha=0.3)
     axes[0].set_ylabel("share of trials, 95 % interval")
-    axes[0].legend(fontsize="x-small", loc="upper center")
+    handles, labels = axes[0].get_legend_handles_labels()
+    axes[len(SHARES) // 2].legend(
+        handles, labels, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=4
+    )
     return save_figure(figure, path)
 
 
@@ -123,14 +130,20 @@ def write_planning_times(results: Sequence[TrialResult], folder: Path) -> Path:
             middle, low, high = (np.array(column) for column in zip(*rows))
             axis.plot(range(len(middle)), middle, "o-", ms=3, label=f"{particles} particles")
             axis.fill_between(range(len(middle)), low, high, alpha=0.2)
-        axis.set(title=f"single, {planner}", xlabel="waypoint index", ylabel="planning time, ms", yscale="log")
+        axis.set(title=f"single, {planner}", xlabel="waypoint index", ylabel="processor time, ms", yscale="log")
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
         axis.grid(True, which="both", alpha=0.3)
         axis.legend(fontsize="small")
     return save_figure(figure, folder / "planning_time.png")
 
 
-def plot_waypoints(results: Sequence[TrialResult], path: Path, spec: GridSpec, title: str) -> Path:
+def plot_waypoints(results: Sequence[TrialResult], path: Path, scene: str) -> Path:
     """Heat map of the columns that were sent, over all trials of each planner with re-planning."""
+    world = KinematicWorld(load_scene(scene), GridSpec())
+    spec = world.spec
+    obstacles = np.zeros(spec.shape[:2], dtype=bool)
+    for cells in world.static_cells.values():
+        obstacles[cells[:, 0], cells[:, 1]] = True
     planners = sorted({r.spec.planner for r in results})
     figure, axes = new_figure(5.5 * max(1, len(planners)), 5.0, max(1, len(planners)))
     for axis, planner in zip(axes, planners):
@@ -139,8 +152,11 @@ def plot_waypoints(results: Sequence[TrialResult], path: Path, spec: GridSpec, t
             if result.spec.planner == planner and result.spec.replanning:
                 for x, y in result.sent:
                     heat[x, y] += 1
+        draw_obstacles(axis, obstacles)
         shown = np.where(heat.T > 0, heat.T, math.nan)
-        image = axis.imshow(shown, origin="lower", cmap="YlOrRd")
+        image = axis.imshow(
+            shown, origin="lower", cmap="YlOrRd", norm=LogNorm(vmin=1, vmax=max(2.0, float(heat.max())))
+        )
         figure.colorbar(image, ax=axis, shrink=0.8, label="waypoints sent into the cell")
-        axis.set(title=f"{title}, {planner}", xlabel="grid index x", ylabel="grid index y")
+        axis.set(title=f"{scene}, {planner}", xlabel="grid index x", ylabel="grid index y")
     return save_figure(figure, path)
