@@ -12,7 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 
 from yarm.experiments.kinematic import KinematicWorld
-from yarm.experiments.plots import draw_obstacles, new_figure, save_figure
+from yarm.experiments.plots import DPI, draw_obstacles, new_figure, save_figure
 from yarm.experiments.statistics import percentile
 from yarm.experiments.study import PARTICLES, TABLE_HEADER, CellSummary, summarise, table_rows
 from yarm.experiments.tables import markdown_table
@@ -91,10 +91,10 @@ def plot_rates(results: Sequence[TrialResult], path: Path) -> Path:
         axis.grid(True, alpha=0.3)
     axes[0].set_ylabel("share of trials, 95 % interval")
     handles, labels = axes[0].get_legend_handles_labels()
-    axes[len(SHARES) // 2].legend(
-        handles, labels, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=4
-    )
-    return save_figure(figure, path)
+    figure.legend(handles, labels, fontsize="small", loc="lower center", ncol=len(groups))
+    figure.tight_layout(rect=(0.0, 0.08, 1.0, 1.0))
+    figure.savefig(str(path), dpi=DPI)
+    return path
 
 
 def planning_times(results: Sequence[TrialResult]) -> Dict[Tuple[str, int], List[Tuple[float, float, float]]]:

@@ -34,7 +34,7 @@ def summary_table(record: RunRecord) -> str:
     rows = [
         (
             r.name,
-            ", ".join(r.goals) or ("-" if r.reached else "nothing"),
+            _some(r.goals) or ("-" if r.reached else "nothing"),
             _number(r.time_s, 1),
             str(r.waypoints),
             f"{r.path_m:.2f}",
@@ -70,14 +70,20 @@ def usage_table(record: RunRecord) -> str:
 
 def _pauses_line(record: RunRecord) -> str:
     spans = [f"{p.manipulator} {p.start_s:.1f}-{_number(p.end_s, 1)} s" for p in record.pauses]
-    return f"manipulator pauses: {len(spans)}" + (f" ({'; '.join(spans)})" if spans else "")
+    return f"manipulator pauses: {len(spans)}" + (f" ({_some(spans)})" if spans else "")
 
 
 def _contacts_line(record: RunRecord) -> str:
     failures = [t for t in record.contacts if t.kind == "failure"]
     others = [t for t in record.contacts if t.kind != "failure"]
-    pairs = ", ".join(f"{t.pair[0]}-{t.pair[1]}" for t in others)
+    pairs = _some([f"{t.pair[0]}-{t.pair[1]}" for t in others], 10)
     return f"contacts: {len(failures)} failures; {len(others)} that may be" + (f" ({pairs})" if pairs else "")
+
+
+def _some(words: Sequence[str], most: int = 3) -> str:
+    """The first few words, and how many more there are."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more
 
 
 def _number(value: float, digits: int) -> str:
