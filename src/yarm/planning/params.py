@@ -14,7 +14,7 @@ class PlannerParams:
 
     particles: int = param(333, "", "number of particles; in narrow places up to narrow_factor times denser", 1, 100000)
     narrow_factor: float = param(3.0, "", "density of particles in narrow places over that in the open", 1.0, 20.0)
-    iteration_limit: int = param(500, "", "rounds of the search over the fleet before TIMEOUT", 1, 1000000)
+    iteration_limit: int = param(500, "", "rounds of the fleet's search, over a few steps, until TIMEOUT", 1, 1000000)
     turns_deg: Tuple[float, ...] = param(
         (0.0, 90.0, -90.0), "deg", "turns about the end effector allowed before a translation", -180.0, 180.0
     )

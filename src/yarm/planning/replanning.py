@@ -14,6 +14,9 @@ from yarm.planning.types import Column, Waypoint
 SAME_YAW_RAD = math.radians(2.5)
 """Headings this close are taken as the same one, imprecisely reached."""
 
+GoalKey = Tuple[Column, Optional[float]]
+"""Column and heading wanted, rad."""
+
 RememberedMove = Tuple[str, Waypoint, Waypoint]
 
 
@@ -27,7 +30,7 @@ class Memory:
     """
 
     moves: List[RememberedMove] = field(default_factory=list)
-    goals: Dict[str, Tuple[Column, Optional[float]]] = field(default_factory=dict)
+    goals: Dict[str, GoalKey] = field(default_factory=dict)
 
     def recall(self, fleet: Fleet, names: Sequence[str]) -> Optional[List[Move]]:
         """The remembered moves still to be made from where the robots stand; None when they no longer lead there.

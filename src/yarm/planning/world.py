@@ -12,6 +12,7 @@ from yarm.planning import request_check as check
 from yarm.planning.bitboard import Layers, Layout, dilated
 from yarm.planning.cspace import SAME_HEADING_RAD, Pose, RobotSpace, ShapeCache, Turns, headings_from, with_margin
 from yarm.planning.fleet import Fleet
+from yarm.planning.replanning import GoalKey
 from yarm.planning.search import Target, reachable
 from yarm.planning.types import PlanRequest, PlanStatus, Robot
 
@@ -81,7 +82,7 @@ class World:
             board &= ~layer
         return board
 
-    def goal_key(self, i: int) -> Tuple[Tuple[int, int], Optional[float]]:
+    def goal_key(self, i: int) -> GoalKey:
         """What identifies the goal of a robot."""
         target = self.targets[i]
         assert target is not None

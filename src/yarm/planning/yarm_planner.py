@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
+from itertools import combinations, islice
 from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -20,10 +21,17 @@ from yarm.planning.joint_plan import StepChoice, path_of, valid
 from yarm.planning.joint_search import JointSearch
 from yarm.planning.params import PlannerParams
 from yarm.planning.particles import cell_order, moved_order, narrow_columns, narrow_particles
-from yarm.planning.replanning import Memory, waypoint
+from yarm.planning.replanning import GoalKey, Memory, waypoint
 from yarm.planning.search import Roadmap
 from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
 from yarm.planning.world import World, turns_of, why_not
+
+MIN_ROUNDS = 30
+"""Rounds of a joint search at least."""
+SHARE = 5
+"""Steps over which the rounds of the limit are spread."""
+SUBSETS = 6
+"""Subsets of one size tried when the whole fleet finds no joint plan."""
 
 
 class YarmPlanner:
@@ -45,6 +53,8 @@ class YarmPlanner:
         self._memory = Memory()
         self._base: Optional[Tuple[Tuple[int, ...], IntArray, IntArray]] = None
         self._last: Optional[Layers] = None
+        self._tried: Dict[str, GoalKey] = {}
+        self._failures = 0
 
     def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
         """Plan one step for the fleet; see ``FleetPlanner``."""
@@ -61,7 +71,8 @@ class YarmPlanner:
         fleet = Fleet(world.spaces, world.targets, roadmap)
         plans = check.faulty_plans(request)
         kept = self._kept_moves(world, fleet, plans)
-        plans.update(_goal_plans(world, fleet, () if kept is None else self._memory.goals))
+        known = {*plans, *(() if kept is None else self._memory.goals)}
+        plans.update(_goal_plans(world, fleet, known))
         open_robots = [i for i, robot in enumerate(world.robots) if world.targets[i] and robot.name not in plans]
         fleet.restrict(open_robots)
         moves, rounds = self._moves(world, fleet, open_robots, kept, rng)
@@ -106,18 +117,52 @@ class YarmPlanner:
     ) -> Tuple[List[Move], int]:
         """Joint plan: the remembered one while it is free, unless a new one is clearly cheaper."""
         goals = {world.robots[i].name: world.goal_key(i) for i in open_robots}
-        if goals != self._memory.goals:
-            kept = None
-        search = JointSearch(fleet, open_robots, self.params.iteration_limit)
-        if kept is None:
-            kept = search.run(rng)
+        search = JointSearch(fleet, open_robots, self._effort(goals))
+        if kept is None or goals != self._memory.goals:
+            full = search.run(rng)
+            self._failures = 0 if full is not None else self._failures + 1
+            if full is None:
+                return self._moves_of_some(world, fleet, open_robots, kept, rng), search.rounds
+            kept = full
         elif self._last != world.obstacles:
             fresh = search.quick()
             if fresh is not None and fleet.cost(fresh) < self.params.keep_gain * fleet.cost(kept):
                 kept = fresh
         self._last = world.obstacles
         self._memory.goals = goals
-        return kept if kept is not None else [], search.rounds
+        return kept, search.rounds
+
+    def _effort(self, goals: Mapping[str, GoalKey]) -> int:
+        """Rounds of the joint search in this step: a share of the limit, less and less while the same goals fail.
+
+        Meanwhile those robots move that can, and the next search starts from there.
+        """
+        if goals != self._tried:
+            self._tried, self._failures = dict(goals), 0
+        return max(MIN_ROUNDS, self.params.iteration_limit // SHARE >> self._failures)
+
+    def _moves_of_some(
+        self,
+        world: World,
+        fleet: Fleet,
+        open_robots: Sequence[int],
+        kept: Optional[List[Move]],
+        rng: np.random.Generator,
+    ) -> List[Move]:
+        """When not all can reach their targets: a plan for as many as can, the others step aside for them."""
+        if kept is not None:
+            return kept
+        targets = fleet.targets
+        for size in range(len(open_robots) - 1, 0, -1):
+            for some in islice(combinations(open_robots, size), SUBSETS):
+                fleet.restrict(some)
+                moves = JointSearch(fleet, some, MIN_ROUNDS).run(rng)
+                fleet.targets = targets
+                if moves is not None:
+                    self._memory.goals = {world.robots[i].name: world.goal_key(i) for i in some}
+                    return moves
+        self._memory.goals = {}
+        return []
 
     def _steps(self, world: World, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]) -> Dict[str, RobotPlan]:
         choice = StepChoice(fleet, moves, self.params.least_step_cells)
@@ -143,7 +188,7 @@ class YarmPlanner:
 
 
 def _goal_plans(world: World, fleet: Fleet, known: Collection[str]) -> Dict[str, RobotPlan]:
-    """Plans of the robots, but those known to have a way, that have none even with no other robot there."""
+    """Plans of the robots, but those known, that have no way to their goal even with no other robot there."""
     plans = {}
     for i, robot in enumerate(world.robots):
         if world.targets[i] is not None and robot.name not in known and fleet.alone(i) is None:
