@@ -36,6 +36,7 @@ if(CATKIN_ENABLE_TESTING)
   add_library(yarm_scene_factory STATIC EXCLUDE_FROM_ALL
     test/support/association_score.cpp
     test/support/cell_bodies.cpp
+    test/support/map_score.cpp
     test/support/scene_factory.cpp
     test/support/scored_sequences.cpp
   )
@@ -46,7 +47,7 @@ if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(perception_merge_test test/cpp/perception_merge_test.cpp)
   target_include_directories(perception_merge_test SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(perception_merge_test yarm_scene_factory ${PCL_LIBRARIES} gtest_main)
-  foreach(test perception_association_test)
+  foreach(test perception_association_test perception_map_test perception_original_test)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     target_link_libraries(${test} yarm_scene_factory gtest_main)
   endforeach()

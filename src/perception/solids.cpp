@@ -89,11 +89,15 @@ void sampleRing(float radius, float z, float pitch, std::vector<Eigen::Vector3f>
   }
 }
 
-void sampleCylinder(float radius, float half, float pitch, std::vector<Eigen::Vector3f>& out) {
+void sampleTube(float radius, float half, float pitch, std::vector<Eigen::Vector3f>& out) {
   const int nz = steps(2 * half, pitch);
   for (int i = 0; i <= nz; ++i) {
     sampleRing(radius, half * (2.F * static_cast<float>(i) / static_cast<float>(nz) - 1.F), pitch, out);
   }
+}
+
+void sampleCylinder(float radius, float half, float pitch, std::vector<Eigen::Vector3f>& out) {
+  sampleTube(radius, half, pitch, out);
   const int nr = steps(radius, pitch);
   for (int i = 0; i < nr; ++i) {
     const float r = radius * static_cast<float>(i) / static_cast<float>(nr);
@@ -161,7 +165,7 @@ std::vector<Eigen::Vector3f> sampleSurface(Solid::Shape shape, const Eigen::Vect
       sampleCylinder(size.x(), half, pitch, out);
       break;
     case Solid::Shape::kCapsule:
-      sampleCylinder(size.x(), half, pitch, out);
+      sampleTube(size.x(), half, pitch, out);
       sampleCaps(size.x(), half, pitch, out);
       break;
     case Solid::Shape::kBox:

@@ -85,21 +85,42 @@ std::vector<double> credits(const Scene& scene, const ScoredSet& set) {
   return has_source ? creditsBySource(object_body, set) : creditsByDistance(object_body, set);
 }
 
-AssociationRun::AssociationRun(const std::string& associator, std::uint64_t seed, double noise)
-    : factory_(seed, noise), backend_(pc::makeBackend("fused", {}, {})), associator_(pc::makeAssociator(associator, {})),
-      builder_(pc::GridSpec{}) {}
+AssociationRun::AssociationRun(const std::string& associator, std::uint64_t seed, double pose_error_m)
+    : factory_(seed), backend_(pc::makeBackend("fused", {}, {})), associator_(pc::makeAssociator(associator, {})),
+      builder_(pc::GridSpec{}), pose_error_m_(pose_error_m), random_(seed) {}
+
+void AssociationRun::blur(Scene& told) {
+  std::normal_distribution<double> error(0.0, pose_error_m_);
+  for (const Body& body : told.bodies) {
+    if (body.is_static) {
+      continue;
+    }
+    const Eigen::Isometry3d T_world_seed = told.poses.at(body.seed_frame);
+    Eigen::Isometry3d off = pose(error(random_), error(random_), 0.0, 0.5 * error(random_));
+    off.translation().z() = error(random_);
+    const Eigen::Isometry3d change = T_world_seed * off * T_world_seed.inverse();
+    for (const std::string& frame : body.link_frames) {
+      told.poses[frame] = change * told.poses[frame];
+    }
+  }
+}
 
 ScoredSet AssociationRun::step(const Scene& scene, bool calibrating) {
   stamp_ += 33333333;
-  factory_.render(scene);
+  const std::vector<Render>& renders = factory_.render(scene);
   backend_->merge(factory_.clouds(stamp_), set_);
   backend_->cluster(set_);
-  const auto seeds = scene.seeds(stamp_);
-  const auto knowledge = scene.knowledge();
+  Scene told = scene;
+  if (pose_error_m_ > 0.0) {
+    blur(told);
+  }
+  const auto seeds = told.seeds(stamp_);
+  const auto knowledge = told.knowledge();
   ScoredSet out;
   out.merged = &set_;
+  out.renders = &renders;
   out.truth = factory_.truthOf(set_);
-  out.result = &associator_->associate({&set_, &seeds, &knowledge, &scene.poses, calibrating});
+  out.result = &associator_->associate({&set_, &seeds, &knowledge, &told.poses, calibrating});
   out.grid = &builder_.build(*out.result);
   out.calibrating = calibrating;
   return out;
@@ -154,10 +175,10 @@ Score AssociationRun::run(const Sequence& sequence, const std::function<void(con
   return score;
 }
 
-Sequence withoutShapes(Sequence sequence, bool fixtures_too) {
-  const auto forget = [fixtures_too](Scene& scene) {
+Sequence withoutShapes(Sequence sequence) {
+  const auto forget = [](Scene& scene) {
     for (Body& body : scene.bodies) {
-      body.shape_known = body.is_static && !fixtures_too;
+      body.shape_known = body.is_static;
     }
   };
   forget(sequence.scene);

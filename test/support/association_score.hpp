@@ -50,6 +50,7 @@ struct ScoredSet {
   std::vector<int> truth;                      ///< body of each point
   const pc::AssociatedSet* result{nullptr};
   const pc::OccupancyGrid* grid{nullptr};
+  const std::vector<Render>* renders{nullptr};
   bool calibrating{false};
   int k{0};                                    ///< set after calibration
 };
@@ -57,7 +58,9 @@ struct ScoredSet {
 /// Feeds sequences through merge, association and grid, always the same way.
 class AssociationRun {
  public:
-  AssociationRun(const std::string& associator, std::uint64_t seed, double noise = 1.0);
+  /// `pose_error_m`: standard deviation of what perception is told of each moving body's place (and 0.5 rad/m of that of its
+  /// heading), fresh for every set.
+  AssociationRun(const std::string& associator, std::uint64_t seed, double pose_error_m = 0.0);
 
   /// Runs a sequence; `look` is called with every set.
   Score run(const Sequence& sequence, const std::function<void(const Scene&, const ScoredSet&)>& look = {});
@@ -66,6 +69,7 @@ class AssociationRun {
 
  private:
   ScoredSet step(const Scene& scene, bool calibrating);
+  void blur(Scene& told);
 
   SceneFactory factory_;
   std::unique_ptr<pc::MergeBackend> backend_;
@@ -73,15 +77,26 @@ class AssociationRun {
   pc::OccupancyBuilder builder_;
   pc::MergedSet set_;
   pc::StampNs stamp_{0};
+  double pose_error_m_;
+  std::mt19937_64 random_;
 };
 
 /// Share (0 to 1) to which a point was given to the object `name`: 1 when it alone has it.
 [[nodiscard]] std::vector<double> credits(const Scene& scene, const ScoredSet& set);
 
+/// The map against the bodies themselves.
+struct MapScore {
+  int visible_cells{0};   ///< cells that three or more noise-free rays of the set end in
+  int missed{0};          ///< of those, neither marked nor with a marked neighbour that shares a face
+  int marked_cells{0};    ///< cells marked occupied
+  int phantom{0};         ///< of those, with no body in the cell or one next to it (corners too)
+};
+[[nodiscard]] MapScore scoreMap(const Scene& scene, const ScoredSet& set);
+
 /// The sequences everything is scored on.
 [[nodiscard]] std::vector<Sequence> scoredSequences();
 
-/// The same course with the shapes of the moving bodies (or of all) unknown to the registry.
-[[nodiscard]] Sequence withoutShapes(Sequence sequence, bool fixtures_too);
+/// The same course with the shapes of the moving bodies unknown to the registry.
+[[nodiscard]] Sequence withoutShapes(Sequence sequence);
 
 }  // namespace yarm::test

@@ -7,6 +7,9 @@ namespace yarm::test {
 
 namespace {
 
+/// From the body centre of a robot to the mast its tip touches: reach, half the mast, and the breadth of a hair.
+constexpr double kTipToMast = 1.30 + 0.05 + 0.005;
+
 /// 0 at set 0, 1 in the middle third, 0 at the end: approach, stay, part.
 double approach(int k, int sets) {
   const double t = static_cast<double>(k) / (sets - 1);
@@ -33,8 +36,8 @@ Sequence roam() {
 Sequence robotsTouch() {
   return {"robots touch", standardCell(2, 1), 24, [](Scene& scene, int k) {
             const double s = approach(k, 24);
-            // The tip of 2 comes up to the body of 1 from below: they touch at s = 1.
-            moveAnkurbot(scene, "ankurbot_2", 1.9, -1.9 + s * (1.9 + 1.9 - 1.30 - 0.06), M_PI / 2);
+            // The tip of 2 comes up to the mast of 1 from below: they touch at s = 1.
+            moveAnkurbot(scene, "ankurbot_2", 1.9, -1.9 + s * (1.9 + 1.9 - kTipToMast), M_PI / 2);
           }};
 }
 
@@ -58,7 +61,7 @@ Sequence tableTouch() {
 Sequence armTouch() {
   return {"stand and arm touch", standardCell(1, 1), 24, [](Scene& scene, int k) {
             const double s = approach(k, 24);
-            moveAnkurbot(scene, "ankurbot_1", -1.05, -1.9 + s * (1.9 - 1.30 - 0.16), M_PI / 2);
+            moveAnkurbot(scene, "ankurbot_1", -1.05, -1.9 + s * (1.9 - 1.30 - 0.11), M_PI / 2);
             moveHc10(scene, "hc10_barc", between(hc10Storage(), hc10OverPart(), 0.3 * s));
           }};
 }
@@ -81,15 +84,15 @@ Sequence firstInTouch() {
     if (k == 0) {
       moveAnkurbot(scene, "ankurbot_1", 1.6, 0.9, M_PI);
     }
-    if (k == 3) {  // its tip touches the first one's body
-      addAnkurbot(scene, "ankurbot_2", 1.6, 0.9 - 0.35 - 1.30 - 0.04, M_PI / 2);
+    if (k == 3) {  // its tip touches the first one's mast
+      addAnkurbot(scene, "ankurbot_2", 1.6, 0.9 - kTipToMast, M_PI / 2);
     }
     if (k == 6) {  // under the first one's tip, on the part, and another beside it
       addDebris(scene, "debris_1", 0.3, 0.85, 0.0, 0.83);
       addDebris(scene, "debris_2", -0.1, 0.1, 0.7);
     }
     if (k > 12) {
-      moveAnkurbot(scene, "ankurbot_2", 1.6, 0.9 - 0.35 - 1.30 - 0.04 - 0.05 * (k - 12), M_PI / 2);
+      moveAnkurbot(scene, "ankurbot_2", 1.6, 0.9 - kTipToMast - 0.05 * (k - 12), M_PI / 2);
     }
   };
   return s;
