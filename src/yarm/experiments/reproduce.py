@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import List, Sequence
 
+from yarm.experiments.missions import run_missions
 from yarm.experiments.physics_sample import run_sample, sample_specs, write_sample
 from yarm.experiments.study import PLANNERS, Study, single_study, table_study
 from yarm.experiments.study_report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
@@ -16,7 +17,9 @@ from yarm.experiments.study_runner import StudyError, of_other_code, run_specs
 from yarm.experiments.trial import TrialResult
 
 BAR = 40
-STUDIES = ("table", "planning_time", "physics")
+STUDIES = ("table", "planning_time", "missions", "physics")
+IN_PHYSICS = ("missions", "physics")
+"""These launch the whole system."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -82,12 +85,23 @@ def report(study: Study, results: Sequence[TrialResult], folder: Path) -> str:
 
 def physics(options: argparse.Namespace, folder: Path) -> str:
     """Repeat a sample in full physics beside its kinematic twins; the text to print."""
-    if shutil.which("rosrun") is None:
-        return "no sample in full physics: rosrun is not on PATH (source tools/env.sh)"
     specs = sample_specs(options.physics_trials, options.planner or PLANNERS)
     kinematic = run_specs(specs, folder / "trials", workers=1)
     measured = run_sample(specs, folder / "physics", ProgressBar("physics"))
     return write_sample(measured, kinematic, folder)
+
+
+def in_physics(options: argparse.Namespace, folder: Path) -> List[str]:
+    """What is asked for that needs the whole system; texts to print."""
+    wanted = [name for name in options.study or STUDIES if name in IN_PHYSICS]
+    if wanted and shutil.which("rosrun") is None:
+        return [f"left out: {', '.join(wanted)}: rosrun is not on PATH (source tools/env.sh)"]
+    texts = []
+    if "missions" in wanted:
+        texts.append(run_missions(folder / "missions", ProgressBar("missions")))
+    if "physics" in wanted:
+        texts.append(physics(options, folder))
+    return texts
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -112,7 +126,7 @@ def main(arguments: Sequence[str]) -> int:
             sys.stderr.write(f"\ninterrupted; what is done is in {folder / 'trials'}: run the same command to go on\n")
             return 130
         sys.stdout.write("\n" + report(study, results, folder) + "\n\n")
-    if "physics" in (options.study or STUDIES):
-        sys.stdout.write("\n" + physics(options, folder) + "\n\n")
+    for text in in_physics(options, folder):
+        sys.stdout.write("\n" + text + "\n\n")
     sys.stdout.write(f"numbers and figures: {folder.resolve()}\n")
     return 0
