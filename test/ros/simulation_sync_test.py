@@ -7,9 +7,11 @@ import hashlib
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import unittest
+from pathlib import Path
 from typing import Any, Dict, List, Tuple
 
 import rospy
@@ -17,7 +19,7 @@ import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
-from yarm.msg import MapMetaData, StepAck
+from yarm.msg import CommanderStatus, MapMetaData, ObjectRegistry, StepAck
 
 from yarm.resources import resource
 from yarm.ros import names
@@ -25,6 +27,20 @@ from yarm.ros import names
 WALL_LIMIT_S = 90.0
 START_S = 20.0
 SETS = 30
+
+
+EVENTS = f"""
+name: events
+fixtures: [table]
+robots:
+  - {{name: ankurbot_1, type: ankurbot, x: 2.0, y: 2.0, heading_deg: 180}}
+events:
+  - {{when: {{time: {START_S + 0.5}}}, do: {{camera: 2, enabled: false}}}}
+  - {{when: {{time: {START_S + 1.5}}}, do: {{camera: 2, enabled: true}}}}
+  - when: {{state: BOUNDLESS, after: 1.0}}
+    do: {{spawn: {{type: Debris, name: late, x: -0.2, y: 0.0, z: 0.755}}}}
+  - {{when: {{time: {START_S + 2.0}}}, do: {{delete: late}}}}
+"""
 
 
 class Everyone:
@@ -146,6 +162,36 @@ class SyncTest(unittest.TestCase):
     def test_d_a_participant_that_never_comes_is_named(self) -> None:
         output = self.ending(*self.pair(tick_participants=[self.me, "sander"], sync_start=2.0))
         self.assertIn("lock-step cannot start: nothing heard from sander", output)
+
+    def test_e_scripted_events_happen_at_their_times(self) -> None:
+        scene = Path(tempfile.mkdtemp(prefix="yarm_test_")) / "events.yaml"
+        scene.write_text(EVENTS, encoding="utf-8")
+        everyone = Everyone()
+        seen: List[Tuple[float, List[str]]] = []
+        registry = rospy.Subscriber(
+            names.OBJECT_REGISTRY,
+            ObjectRegistry,
+            lambda m: seen.append((m.header.stamp.to_sec(), [e.name for e in m.entries])),
+            queue_size=100,
+        )
+        state = rospy.Publisher(names.COMMANDER_STATUS, CommanderStatus, queue_size=1, latch=True)
+        state.publish(CommanderStatus(state_name="BOUNDLESS"))
+        process = self.start(scene=str(scene), wait_for_metadata=False, set_participants=[])
+        limit = time.monotonic() + WALL_LIMIT_S
+        while not seen or seen[-1][0] < START_S + 2.0 or "late" in seen[-1][1]:
+            self.assertIsNone(process.poll(), "the simulation ended")
+            self.assertLess(time.monotonic(), limit, f"only these came: {seen}")
+            rospy.rostime.wallsleep(0.05)
+        registry.unregister()
+        state.unregister()
+        clouds = sorted(stamp / 1e9 - START_S for stamp in everyone.clouds)
+        everyone.close()
+        present = [(round(stamp - START_S, 1), "late" in entries) for stamp, entries in seen if stamp > START_S]
+        self.assertEqual([there for _, there in present], [True, False])
+        self.assertEqual([at for at, _ in present], [1.0, 2.0])
+        self.assertTrue(any(at < 0.5 for at in clouds))
+        self.assertFalse(any(0.55 < at < 1.5 for at in clouds), "camera 2 is off")
+        self.assertTrue(any(at > 1.5 for at in clouds))
 
     def pair(self, short: bool = False, **params: Any) -> Tuple[Everyone, subprocess.Popen]:
         everyone = Everyone(short=short)

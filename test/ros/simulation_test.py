@@ -245,6 +245,16 @@ class SimulationTest(unittest.TestCase):
             for word in words:
                 self.assertIn(word, done.stdout + done.stderr)
 
+    def test_k_the_wrist_camera_answers_when_somebody_listens(self) -> None:
+        topic = names.wrist_points("hc10_barc")
+        self.keep(topic, PointCloud2)
+        cloud = self.newest(topic)
+        self.assertEqual((cloud.height, cloud.width), (240, 320))
+        self.assertEqual(cloud.header.frame_id, "hc10_barc/wrist_camera_optical_frame")
+        self.wait(lambda: len(self.kept[topic]) > 4, "five clouds")
+        stamps = [message.header.stamp.to_sec() for message in self.kept[topic]]
+        self.assertAlmostEqual(min(b - a for a, b in zip(stamps, stamps[1:])), 1.0 / 15.0, delta=0.001)
+
     def test_z_started_again_in_mid_run_it_begins_anew(self) -> None:
         before = self.now()
         self.assertGreater(before, 2.0)

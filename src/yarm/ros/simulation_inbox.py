@@ -40,7 +40,8 @@ class Inbox:
     def __init__(self, world: World, spawn: Callable[[Any], str], delete: Callable[[str], str], sync: bool) -> None:
         """Subscribe and advertise; ``spawn`` and ``delete`` do the services' work and return what was done."""
         self._world = world
-        self._jobs: queue.SimpleQueue[Job] = queue.SimpleQueue()
+        # Not a SimpleQueue: when a signal's handler outlasts its timeout, Python 3.11 waits for ever.
+        self._jobs: queue.Queue[Job] = queue.Queue()
         self._warned: Dict[Tuple[str, str], bool] = {}
         self.acks: Dict[str, Tuple[int, int]] = {}
         self.commands: Dict[str, int] = {}

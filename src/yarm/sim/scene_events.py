@@ -147,7 +147,7 @@ def _action(name: str, when: Trigger, kind: str, action: Fields, spawn_reader: C
     if kind == "delete":
         return Event(name, when, delete=action.text("delete"))
     if kind == "camera":
-        return Event(name, when, camera=action.whole("camera", 1, 4, 1), camera_on=action.flag("on"))
+        return Event(name, when, camera=action.whole("camera", 1, 4, 1), camera_on=action.flag("enabled"))
     return Event(
         name,
         when,

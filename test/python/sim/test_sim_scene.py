@@ -23,7 +23,7 @@ GOOD: Dict[str, Any] = {
     "obstacles": [{"name": "box", "x": 0.0, "y": -2.0, "z": 0.2, "size": [0.3, 0.3, 0.4]}],
     "events": [
         {"name": "slip", "when": {"time": 3.0}, "do": {"push": "debris_1", "dx": 0.1}},
-        {"when": {"state": "BOUNDLESS", "after": 1.0}, "do": {"camera": 2, "on": False}},
+        {"when": {"state": "BOUNDLESS", "after": 1.0}, "do": {"camera": 2, "enabled": False}},
         {"when": {"raster": 0.5}, "do": {"delete": "debris_1"}},
         {
             "when": {"robot": "ankurbot_1", "near": "debris_1", "below": 0.5},
