@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""One whole mission in lock-step, driven by the service as a user would; ground truth decides on contacts."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from yarm.msg import CommanderStatus, Contacts, ObjectRegistry, SafetyStatus, SanderStatus
+from yarm.srv import StateChange
+
+from yarm.ros import names
+
+ARM = "hc10_barc"
+EXPECTED = {
+    "1m1ma": ["debris_1"],
+    "2m1ma": ["debris_1", "debris_2"],
+    "3m": ["target_1", "target_2", "target_3"],
+}
+WALL_LIMIT_S = 500.0
+
+
+class Heard:
+    """Everything the test listens to; guarded by one condition."""
+
+    def __init__(self):
+        """Listen."""
+        self.condition = threading.Condition()
+        self.status = CommanderStatus()
+        self.reached = []
+        self.failures = []
+        self.sander = []
+        self.present = set()
+        self.seen = set()
+        self.holds = []
+        rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100)
+        rospy.Subscriber(names.SIM_CONTACTS, Contacts, self._on_contacts, queue_size=1000)
+        rospy.Subscriber(names.sander_status(ARM), SanderStatus, self._on_sander, queue_size=1000)
+        rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10)
+        rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=100)
+
+    def _on_status(self, message):
+        with self.condition:
+            self.status = message
+            for task in message.tasks:
+                if task.status == "reached" and task.goal not in self.reached:
+                    self.reached.append(task.goal)
+            self.condition.notify_all()
+
+    def _on_contacts(self, message):
+        with self.condition:
+            self.failures += [(message.header.stamp.to_sec(), c) for c in message.contacts if c.kind == "failure"]
+
+    def _on_sander(self, message):
+        with self.condition:
+            self.sander.append(message)
+            self.condition.notify_all()
+
+    def _on_registry(self, message):
+        with self.condition:
+            self.present = {entry.name for entry in message.entries}
+            self.seen |= self.present
+            self.condition.notify_all()
+
+    def _on_safety(self, message):
+        with self.condition:
+            if any(message.stopped):
+                self.holds.append((message.header.stamp.to_sec(), message.reason))
+
+
+class MissionTest(unittest.TestCase):
+    """From IDLE through the mission to IDLE."""
+
+    def setUp(self):
+        self.scene = rospy.get_param("~scene")
+        self.deadline = time.monotonic() + WALL_LIMIT_S
+        self.heard = Heard()
+        rospy.wait_for_service(names.COMMANDER_STATE, timeout=120.0)
+        self.service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
+
+    def wait(self, condition, what):
+        with self.heard.condition:
+            while not condition():
+                left = self.deadline - time.monotonic()
+                self.assertGreater(left, 0.0, f"waited for {what}; status: {self.heard.status}")
+                self.assertFalse(rospy.is_shutdown(), f"shut down while waiting for {what}")
+                self.heard.condition.wait(min(left, 1.0))
+
+    def ask(self, state, **fields):
+        answer = self.service(**{**dict(next_state=False, current_state=False, previous_state=False, jump_state=0), **fields})
+        self.assertTrue(answer.success, answer.message)
+        self.wait(lambda: self.heard.status.state == state, f"state {state}")
+
+    def idle(self, what):
+        self.wait(lambda: not self.heard.status.busy and self.heard.status.outcome, what)
+        self.assertEqual(self.heard.status.outcome, "succeeded", self.heard.status)
+
+    def test_mission(self):
+        self.wait(lambda: self.heard.present, "object_registry")
+        expected = EXPECTED[self.scene]
+        debris = [goal for goal in expected if goal.startswith("debris")]
+        self.ask(CommanderStatus.STARTED, current_state=True)
+        self.ask(CommanderStatus.CALIBRATION, next_state=True)
+        self.idle("the calibration")
+        self.ask(CommanderStatus.MENU, next_state=True)
+        if debris:
+            self.wait(lambda: set(debris) <= self.heard.seen, "debris on the part while the HC10 sands")
+        self.ask(CommanderStatus.BOUNDLESS, jump_state=5)
+        self.wait(lambda: set(expected) <= set(self.heard.reached), f"{expected} reached")
+        self.wait(lambda: not set(expected) & self.heard.present, "what was reached to be deleted")
+        self.idle("the mission")
+        if debris:
+            self.check_pause_cycle()
+        self.ask(CommanderStatus.CLEANUP, next_state=True)
+        self.idle("the way home")
+        self.ask(CommanderStatus.IDLE, next_state=True)
+        self.ask(CommanderStatus.STARTED, current_state=True)
+        with self.heard.condition:
+            failures = [f"{t:.2f} s: {c.body_a} {c.link_a} / {c.body_b} {c.link_b}" for t, c in self.heard.failures]
+            self.assertEqual(failures, [], "contacts by ground truth")
+
+    def check_pause_cycle(self):
+        """Sanding, pause, lift, and sanding again from where it stopped."""
+        self.wait(self.resumed, "the HC10 to resume sanding")
+        with self.heard.condition:
+            at_work = [m for m in self.heard.sander if m.state == 4]
+        sanding = next(i for i, m in enumerate(at_work) if m.enabled and m.progress > 0.0)
+        paused = next(i for i, m in enumerate(at_work) if i > sanding and not m.enabled)
+        lifted = next(i for i, m in enumerate(at_work) if i > paused and m.lifted)
+        resumed = next(i for i, m in enumerate(at_work) if i > lifted and m.enabled)
+        stopped_at = at_work[paused].progress
+        self.assertLess(abs(at_work[resumed].progress - stopped_at), 0.02)
+        self.assertGreater(at_work[-1].progress, stopped_at)
+
+    def resumed(self):
+        at_work = [m for m in self.heard.sander if m.state == 4]
+        pauses = [i for i, m in enumerate(at_work) if i and at_work[i - 1].enabled and not m.enabled]
+        if not pauses:
+            return False
+        stopped_at = at_work[pauses[-1]].progress
+        return at_work[-1].enabled and at_work[-1].progress > stopped_at + 0.01
+
+
+if __name__ == "__main__":
+    rospy.init_node("mission_test")
+    rostest.rosrun("yarm", "mission_test", MissionTest, sys.argv)
