@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""Whole missions in full physics over many seeds: how often they succeed, and why not when they do not.
+
+    source tools/env.sh && python3 bench/missions.py --seeds 20
+
+Runs in lock-step, so that a slow machine changes nothing but the wall time; a run whose results stand in the folder is
+not run again, so an interrupted study goes on where it was. Ends with one row a case: successes, 95 % confidence
+interval (Wilson), waypoints, simulated time, least clearance, faults.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from pathlib import Path
+from typing import Any, Dict, List
+
+import yaml
+
+from yarm.experiments.statistics import wilson_interval
+from yarm.ros.experiment_launcher import run as run_experiment
+
+CASES = ("1m1ma", "2m1ma", "3m")
+
+
+def summaries(results: Path, case: str, seeds: range, limit_s: float) -> List[Dict[str, Any]]:
+    """Summary of each seed of a case; those that are missing are run first."""
+    found = []
+    for seed in seeds:
+        path = results / case / str(seed) / "summary.yaml"
+        if not path.is_file():
+            started = time.monotonic()
+            words = ["--case", case, "--seed", str(seed), "--sync", "--speed", "0", "--results", str(results)]
+            code = run_experiment([*words, "--wall-limit", str(limit_s)])
+            print(f"{case} seed {seed}: exit code {code} after {time.monotonic() - started:.0f} s", flush=True)
+        read = yaml.safe_load(path.read_text()) if path.is_file() else {}
+        found.append({"seed": seed, "success": False, "faults": ["no results were written"], **(read or {})})
+    return found
+
+
+def row(case: str, runs: List[Dict[str, Any]]) -> str:
+    """One line of the table."""
+    good = [run for run in runs if run["success"]]
+    low, high = wilson_interval(len(good), len(runs))
+    robots = [robot for run in good for robot in run["robots"].values()]
+    waypoints = [robot["waypoints"] for robot in robots]
+    near = [robot["min_clearance_m"] for robot in robots if robot["min_clearance_m"] is not None]
+    cells = [
+        case,
+        f"{len(good)}/{len(runs)}",
+        f"{100 * low:.0f} to {100 * high:.0f} %",
+        f"{statistics.median(waypoints):.0f}" if waypoints else "-",
+        f"{statistics.median([run['sim_s'] for run in good]):.1f}" if good else "-",
+        f"{min(near):.3f}" if near else "-",
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+def main() -> int:
+    """Run what is missing and print the table; 0 when every mission succeeded."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=20, help="seeds 1 to this many")
+    parser.add_argument("--cases", nargs="+", default=list(CASES))
+    parser.add_argument("--results", type=Path, default=Path("results") / "missions")
+    parser.add_argument("--limit", type=float, default=900.0, help="wall seconds for one mission")
+    options = parser.parse_args()
+    table = {
+        case: summaries(options.results, case, range(1, options.seeds + 1), options.limit) for case in options.cases
+    }
+    print("| case | solved | 95 % interval | waypoints a robot | simulated s | least clearance, m |")
+    print("|---|---|---|---|---|---|")
+    for case, runs in table.items():
+        print(row(case, runs))
+    failed = [(case, run) for case, runs in table.items() for run in runs if not run["success"]]
+    for case, run in failed:
+        print(f"{case} seed {run['seed']} failed: " + "; ".join(run["faults"]))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
