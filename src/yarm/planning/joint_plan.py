@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Collection, Dict, Iterable, List, Optional, Sequence, Tuple
 
 from yarm.planning.bitboard import Layers, dilated, overlap
 from yarm.planning.cspace import Pose
@@ -32,11 +32,20 @@ class StepChoice:
     now are disjoint, and the moves left still follow the order wherever it matters.
     """
 
-    def __init__(self, fleet: Fleet, moves: Sequence[Move], least_cells: int) -> None:
-        """Moves of a fleet; a robot that must wait moves up to the conflict when that is ``least_cells`` or more."""
+    def __init__(self, fleet: Fleet, moves: Sequence[Move], least_cells: int, off_center: Collection[int] = ()) -> None:
+        """Choose among the moves of a fleet.
+
+        Args:
+            fleet: spaces.
+            moves: joint plan.
+            least_cells: a robot that must wait moves up to the conflict when that is as far as this.
+            off_center: robots that do not stand on their column's centre, so that they really move beside the way
+                planned by less than a cell; two of them moving at once keep one more cell apart.
+        """
         self._fleet = fleet
         self.moves = list(moves)
         self._least = least_cells
+        self._off_center = off_center
         self._swept: Dict[Move, Layers] = {}
         self._grown: Dict[Move, Layers] = {}
 
@@ -86,4 +95,9 @@ class StepChoice:
         if other not in self._grown:
             swept = self._fleet.spaces[other.robot].swept(other.start, other.end)
             self._grown[other] = dilated(swept, self._fleet.spaces[other.robot].layout.stride)
-        return overlap(self._swept[one], self._grown[other])
+        if overlap(self._swept[one], self._grown[other]):
+            return True
+        if one.robot in self._off_center and other.robot in self._off_center:
+            stride = self._fleet.spaces[one.robot].layout.stride
+            return overlap(dilated(self._swept[one], stride), self._grown[other])
+        return False

@@ -16,6 +16,9 @@ from yarm.planning.replanning import GoalKey
 from yarm.planning.search import Target, reachable
 from yarm.planning.types import PlanRequest, PlanStatus, Robot
 
+CENTERED_M = 1e-6
+"""An end effector nearer to its column's centre, m, is on it."""
+
 
 class World:
     """A request as boards: the robots that can be planned for, their spaces and their targets."""
@@ -81,6 +84,16 @@ class World:
         for layer in present:
             board &= ~layer
         return board
+
+    def off_center(self) -> List[int]:
+        """Robots whose end effector is known not to be on the centre of its column."""
+        spec = self.request.spec
+        return [
+            i
+            for i, robot in enumerate(self.robots)
+            if robot.position_m is not None
+            and math.dist(robot.position_m, spec.column_center(robot.column)) > CENTERED_M
+        ]
 
     def goal_key(self, i: int) -> GoalKey:
         """What identifies the goal of a robot."""

@@ -165,7 +165,7 @@ class YarmPlanner:
         return []
 
     def _steps(self, world: World, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]) -> Dict[str, RobotPlan]:
-        choice = StepChoice(fleet, moves, self.params.least_step_cells)
+        choice = StepChoice(fleet, moves, self.params.least_step_cells, world.off_center())
         steps = choice.choose()
         names = [robot.name for robot in world.robots]
         self._memory.keep(fleet, names, choice.moves)
