@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from pathlib import Path
-from typing import Any, Callable, List, Mapping, Sequence
+from typing import Any, Callable, List, Mapping, Sequence, TextIO
 
 import yaml
+
+from yarm.resources import package_root
 
 CASES = ("2m1ma", "3m")
 SEED = 3
@@ -21,15 +24,26 @@ def run_missions(folder: Path, on_progress: Callable[[int, int, str], None], cas
         if not (own / "summary.yaml").is_file():
             own.mkdir(parents=True, exist_ok=True)
             with (own / "run.log").open("w") as log:
-                subprocess.run(mission_command(folder, case), stdout=log, stderr=subprocess.STDOUT, check=False)
+                launch(mission_command(folder, case), log)
         lines.append(mission_line(case, own))
     on_progress(len(cases), len(cases), "")
     return "\n".join(lines)
 
 
+def launch(command: Sequence[str], log: TextIO) -> None:
+    """Run a command to its end, its output into a file; what it came to is in its results."""
+    subprocess.run(list(command), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, check=False)
+
+
 def mission_command(folder: Path, case: str) -> List[str]:
     """The run of one case."""
-    return ["rosrun", "yarm", "run_experiment", "--case", case, "--seed", str(SEED), "--results", str(folder)]
+    return [*experiment_command(), "--case", case, "--seed", str(SEED), "--results", str(folder)]
+
+
+def experiment_command() -> List[str]:
+    """How ``run_experiment`` is called: the checkout's own script, or the installed one by rosrun."""
+    script = package_root() / "scripts" / "run_experiment"
+    return [sys.executable, str(script)] if script.is_file() else ["rosrun", "yarm", "run_experiment"]
 
 
 def mission_line(case: str, own: Path) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
+from yarm.experiments.missions import experiment_command, launch
 from yarm.experiments.statistics import Proportion, percentile
 from yarm.experiments.tables import markdown_table
 from yarm.experiments.trial import TrialResult, TrialSpec, raster_share
@@ -61,7 +61,7 @@ def run_sample(
         if not summary.is_file():
             (folder / spec.planner).mkdir(parents=True, exist_ok=True)
             with (folder / f"{spec.key}.log").open("w") as log:
-                subprocess.run(command(folder, spec), stdout=log, stderr=subprocess.STDOUT, check=False)
+                launch(command(folder, spec), log)
         results.append(read_result(spec, summary))
     on_progress(len(specs), len(specs), "")
     return results
@@ -77,7 +77,7 @@ def command(folder: Path, spec: TrialSpec) -> List[str]:
         "--raster": f"{raster_share(spec.seed):.4f}",
         "--results": folder / spec.planner,
     }
-    return ["rosrun", "yarm", "run_experiment", *(str(word) for option in options.items() for word in option)]
+    return [*experiment_command(), *(str(word) for option in options.items() for word in option)]
 
 
 def summary_file(folder: Path, spec: TrialSpec) -> Path:
