@@ -34,7 +34,7 @@ def library_path() -> Optional[Path]:
     """The built library in a devel or install space, or None."""
     prefixes: List[Path] = [Path(p) for p in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if p]
     root = package_root()
-    prefixes += [root / "build" / "devel", *list(root.parents)[:2]]
+    prefixes += [root / "devel", *list(root.parents)[:2]]
     return next((prefix / "lib" / LIBRARY for prefix in prefixes if (prefix / "lib" / LIBRARY).is_file()), None)
 
 
