@@ -169,7 +169,10 @@ class PhysicsTest(unittest.TestCase):
         self.assertEqual(self.failures, [])
         lifted = [down for down in self.wheels_down if len(down) < 4]
         rospy.loginfo("ticks with a wheel off the floor: %d of %d", len(lifted), len(self.wheels_down))
+        self.assertLess(max(self.moved_wheels, default=0.0), 0.05)
         self.assertTrue(self.wheels_down)
+        self.assertTrue(all(len(down) >= 3 for down in self.wheels_down[5:]), "two wheels off the floor at once")
+        self.assertLess(len(lifted), 0.05 * len(self.wheels_down))
 
 
 def speeds(track: List[Tuple[float, Pose2]]) -> List[float]:

@@ -19,7 +19,7 @@ class SanderParams:
     hover_height_m: float = param(1.18, "m", "height of the tip when it hovers", 0.9, 1.3)
     scan_height_m: float = param(1.16, "m", "height of the tip while it scans", 0.9, 1.3)
     scan_reach_m: float = param(0.40, "m", "length of the sweep along world y", 0.05, 1.0)
-    scan_speed_mps: float = param(0.15, "m/s", "speed of the sweep", 0.02, 1.0)
+    scan_speed_mps: float = param(0.25, "m/s", "speed of the sweep", 0.02, 1.0)
     spacing_m: float = param(0.04, "m", "distance between two passes of the raster", 0.01, 0.2)
     inset_m: float = param(0.02, "m", "outermost passes inside the part's edge", 0.0, 0.1)
     standoff_m: float = param(

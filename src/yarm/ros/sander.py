@@ -35,7 +35,6 @@ from yarm.ros.sander_scan import ScanCollector
 
 WATCH_PERIOD_S = 0.5
 PROGRESS_PERIOD_S = 0.1
-SCAN_STATES = (SanderState.SCANNING,)
 Axes = Tuple[float, float, float, float]
 
 
@@ -169,7 +168,7 @@ class SanderNode:
         scanning = self._machine.scanning
         self._scan.step(stamp_s, q, scanning, scanning and not self._was_scanning)
         self._was_scanning = scanning
-        self._scan.listen(self._machine.state in SCAN_STATES)
+        self._scan.listen(scanning or (self._params.sync and self._machine.state is SanderState.SCANNING))
         self._report(joints.header.stamp)
         if self._params.sync:
             ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=self._outbox.sent)

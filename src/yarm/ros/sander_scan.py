@@ -49,7 +49,10 @@ class ScanCollector:
         return np.concatenate(self._pieces) if self._pieces else np.zeros((0, 3))
 
     def listen(self, wanted: bool) -> None:
-        """Subscribe or unsubscribe."""
+        """Subscribe or unsubscribe: the camera works only while somebody listens.
+
+        In lock-step it is listened to before the sweep begins, so that no cloud depends on how fast one connects.
+        """
         if wanted and self._subscriber is None:
             self._subscriber = rospy.Subscriber(
                 names.wrist_points(self._params.arm), PointCloud2, self._on_cloud, queue_size=10, buff_size=1 << 23
