@@ -10,13 +10,14 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import List, Sequence
+from typing import Dict, List, Sequence
 
 import psutil
 import yaml
 
 STOP_LIMIT_S = 40.0
 INTERRUPTED = 130
+POLL_S = 0.25
 
 
 def parser() -> argparse.ArgumentParser:
@@ -99,32 +100,53 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+class Family:
+    """The child and everything it has started, remembered while it lives: orphans are found too."""
+
+    def __init__(self, child: subprocess.Popen[bytes]) -> None:
+        """Nobody but the child yet."""
+        self._child = child
+        self._known: Dict[int, psutil.Process] = {}
+
+    def look(self) -> None:
+        """Remember who has been started."""
+        try:
+            for process in psutil.Process(self._child.pid).children(recursive=True):
+                self._known.setdefault(process.pid, process)
+        except psutil.NoSuchProcess:
+            return
+
+    def stop(self) -> None:
+        """End the child, gently first, and whoever it has left behind."""
+        self.look()
+        if self._child.poll() is None:
+            self._child.send_signal(signal.SIGINT)
+        deadline = time.monotonic() + STOP_LIMIT_S
+        while self._child.poll() is None and time.monotonic() < deadline:
+            self.look()
+            time.sleep(POLL_S)
+        _, alive = psutil.wait_procs(list(self._known.values()), timeout=1.0)
+        for process in alive:
+            process.terminate()
+        _, alive = psutil.wait_procs(alive, timeout=3.0)
+        for process in alive:
+            process.kill()
+        if self._child.poll() is None:
+            self._child.kill()
+            self._child.wait()
+
+
 def _wait(child: subprocess.Popen[bytes], limit_s: float) -> int:
+    family = Family(child)
+    deadline = time.monotonic() + limit_s
     try:
-        child.wait(timeout=limit_s)
-    except subprocess.TimeoutExpired:
-        sys.stderr.write(f"stopped after {limit_s:.0f} s of wall time (--wall-limit)\n")
+        while child.poll() is None and time.monotonic() < deadline:
+            family.look()
+            time.sleep(POLL_S)
     except KeyboardInterrupt:
-        _stop(child)
+        family.stop()
         return INTERRUPTED
-    _stop(child)
+    if child.poll() is None:
+        sys.stderr.write(f"stopped after {limit_s:.0f} s of wall time (--wall-limit)\n")
+    family.stop()
     return 0
-
-
-def _stop(child: subprocess.Popen[bytes]) -> None:
-    """End the child and everything it started, gently first."""
-    try:
-        family = psutil.Process(child.pid).children(recursive=True)
-    except psutil.NoSuchProcess:
-        family = []
-    if child.poll() is None:
-        child.send_signal(signal.SIGINT)
-    deadline = time.monotonic() + STOP_LIMIT_S
-    while child.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.1)
-    _, alive = psutil.wait_procs(family, timeout=1.0)
-    for process in alive:
-        process.kill()
-    if child.poll() is None:
-        child.kill()
-        child.wait()

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import time
 from pathlib import Path
 
+import psutil
 import pytest
 
-from yarm.ros.experiment_launcher import command, free_port, parser, verdict
+from yarm.ros.experiment_launcher import Family, command, free_port, parser, verdict
 
 
 @pytest.mark.parametrize(
@@ -35,3 +39,30 @@ def test_every_option_becomes_a_launch_argument_that_exists(tmp_path: Path) -> N
 
 def test_a_free_port_is_free() -> None:
     assert 1024 < free_port() < 65536
+
+
+def test_orphans_of_the_child_are_ended_too() -> None:
+    sleeper = "import time; time.sleep(600)"
+    spawning = (
+        f"import subprocess, sys; print(subprocess.Popen([sys.executable, '-c', '{sleeper}']).pid, flush=True); input()"
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-c", spawning],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+        text=True,
+    )
+    assert child.stdin is not None
+    assert child.stdout is not None
+    orphan = psutil.Process(int(child.stdout.readline()))
+    family = Family(child)  # type: ignore[arg-type]
+    family.look()
+    child.stdin.close()
+    child.wait(timeout=30)
+    assert orphan.is_running()
+    family.stop()
+    deadline = time.monotonic() + 30.0
+    while orphan.is_running() and orphan.status() != psutil.STATUS_ZOMBIE and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not orphan.is_running() or orphan.status() == psutil.STATUS_ZOMBIE
