@@ -91,7 +91,9 @@ class MissionTest(unittest.TestCase):
                 self.heard.condition.wait(min(left, 1.0))
 
     def ask(self, state, **fields):
-        answer = self.service(**{**dict(next_state=False, current_state=False, previous_state=False, jump_state=0), **fields})
+        answer = self.service(
+            **{"next_state": False, "current_state": False, "previous_state": False, "jump_state": 0, **fields}
+        )
         self.assertTrue(answer.success, answer.message)
         self.wait(lambda: self.heard.status.state == state, f"state {state}")
 

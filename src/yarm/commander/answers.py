@@ -51,7 +51,9 @@ def parse_answer(text: str) -> Answer:
     match = _PATTERN.match(text.strip())
     space = match["space"] if match else ""
     if match is None or space not in LENGTHS:
-        raise AnswerError(f"calibration answer {text!r} must be SPACE=XY/AREA=x,y,z or SPACE=SWITCH/AREA=x0,x1,y0,y1,z0,z1")
+        raise AnswerError(
+            f"calibration answer {text!r} must be SPACE=XY/AREA=x,y,z or SPACE=SWITCH/AREA=x0,x1,y0,y1,z0,z1"
+        )
     area = tuple(int(part) for part in match["area"].split(","))
     if len(area) != LENGTHS[space]:
         raise AnswerError(f"calibration answer {text!r} must have {LENGTHS[space]} numbers after AREA, not {len(area)}")

@@ -183,7 +183,8 @@ def signed_distance(points: FloatArray, solid: Solid) -> FloatArray:
     else:
         outside = np.abs(local) - half
     beyond: FloatArray = np.linalg.norm(np.maximum(outside, 0.0), axis=1)
-    return beyond + np.minimum(outside.max(axis=1), 0.0)
+    depth: FloatArray = np.minimum(outside.max(axis=1), 0.0)
+    return beyond + depth
 
 
 def surface_points(solids: Sequence[Solid], spacing_m: float) -> FloatArray:
@@ -198,7 +199,8 @@ def _surface(solid: Solid, spacing_m: float) -> FloatArray:
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     points: FloatArray = grid[np.any(np.abs(np.abs(grid) - half) < 1e-9, axis=1)]
     if solid.kind == "sphere":
-        return points * (half[0] / np.linalg.norm(points, axis=1))[:, None]
+        on_ball: FloatArray = points * (half[0] / np.linalg.norm(points, axis=1))[:, None]
+        return on_ball
     if solid.kind == "cylinder":
         radius = np.hypot(points[:, 0], points[:, 1])
         square = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1]))

@@ -69,7 +69,9 @@ class GoalBook:
         self.active: Dict[str, ActiveGoal] = {}
         self._serial = 0
 
-    def send(self, robot: str, purpose: Purpose, action: str, now_s: float, target: Optional[Target] = None) -> SendGoal:
+    def send(
+        self, robot: str, purpose: Purpose, action: str, now_s: float, target: Optional[Target] = None
+    ) -> SendGoal:
         """Note a new goal; it replaces the robot's active one."""
         self._serial += 1
         self.active[robot] = ActiveGoal(robot, self._serial, purpose, action, target, now_s, best_s=now_s)

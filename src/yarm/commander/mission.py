@@ -111,8 +111,8 @@ class Mission(Work):
     def tasks(self) -> List[TaskView]:
         """Every task: finished, assigned, waiting or unreachable."""
         views = dict(self._finished)
-        for robot, goal in sorted(self._assignments.pairs.items()):
-            views[goal] = self._assigned_view(robot, self._assignments.goals[goal])
+        for robot, aim in sorted(self._assignments.pairs.items()):
+            views[aim] = self._assigned_view(robot, self._assignments.goals[aim])
         for name, goal in sorted(self.world.open_goals().items()):
             reason = self._assignments.unreachable.get(name)
             if name not in views and name not in self._deleting:

@@ -70,7 +70,9 @@ class Monitor:
         self._history.clear()
         self._holds.clear()
 
-    def look(self, now_s: float, robots: Mapping[str, Seen], bodies: Mapping[str, Sequence[Body]]) -> Dict[str, Verdict]:
+    def look(
+        self, now_s: float, robots: Mapping[str, Seen], bodies: Mapping[str, Sequence[Body]]
+    ) -> Dict[str, Verdict]:
         """Judge every robot.
 
         Args:

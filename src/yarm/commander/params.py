@@ -28,16 +28,28 @@ class CommanderParams:
     heading_tolerance_deg: float = param(3.0, "deg", "within this of a heading counts as there", low=0.1, high=45.0)
     settle_s: float = param(1.0, "s", "association stays off at least this long, so that clouds are learnt", low=0.0)
     calibration_timeout_s: float = param(180.0, "s", "longest wait for a robot's calibration", low=1.0, high=3600.0)
-    cleanup_timeout_s: float = param(180.0, "s", "longest wait for a manipulator's way to storage", low=1.0, high=3600.0)
+    cleanup_timeout_s: float = param(
+        180.0, "s", "longest wait for a manipulator's way to storage", low=1.0, high=3600.0
+    )
     server_timeout_s: float = param(10.0, "s", "longest wait for a robot's action server", low=0.5, high=600.0)
     cancel_timeout_s: float = param(5.0, "s", "longest wait for a cancelled goal to end", low=0.5, high=60.0)
     delete_timeout_s: float = param(5.0, "s", "longest wait for the deletion of a debris", low=0.5, high=60.0)
     stale_map_s: float = param(1.0, "s", "a map older than this stops every robot", low=0.1, high=60.0)
-    no_progress_s: float = param(10.0, "s", "a robot that comes no nearer for this long is stopped", low=1.0, high=600.0)
+    no_progress_s: float = param(
+        10.0, "s", "a robot that comes no nearer for this long is stopped", low=1.0, high=600.0
+    )
     retry_s: float = param(1.0, "s", "pause before a failed goal or plan is tried again", low=0.0, high=60.0)
-    recheck_s: float = param(0.1, "s", "how often a step under way is checked against the newest map", low=0.0, high=10.0)
-    recheck_count: int = param(3, "", "checks in a row that must fail before a step under way is stopped", low=1, high=100)
+    recheck_s: float = param(
+        0.1, "s", "how often a step under way is checked against the newest map", low=0.0, high=10.0
+    )
+    recheck_count: int = param(
+        3, "", "checks in a row that must fail before a step under way is stopped", low=1, high=100
+    )
     linger_s: float = param(2.0, "s", "a mission without open tasks ends after this long", low=0.0, high=600.0)
-    give_up_s: float = param(120.0, "s", "a mission with only unreachable goals fails after this long", low=1.0, high=36000.0)
-    pause_distance_m: float = param(0.30, "m", "tip of a manipulator nearer than this to debris or a robot: OFF", low=0.0)
+    give_up_s: float = param(
+        120.0, "s", "a mission with only unreachable goals fails after this long", low=1.0, high=36000.0
+    )
+    pause_distance_m: float = param(
+        0.30, "m", "tip of a manipulator nearer than this to debris or a robot: OFF", low=0.0
+    )
     resume_distance_m: float = param(0.40, "m", "farther than this: ON again", low=0.0)

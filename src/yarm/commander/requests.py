@@ -87,6 +87,6 @@ def _busy_hint(state: State, table: Sequence[Transition]) -> str:
     row = find(table, state, Trigger.PREVIOUS)
     if row is None:
         return f"state {int(state)} {state.name} accepts nothing until its work has ended"
-    return f"state {int(state)} {state.name} accepts only previous_state (-> {row.target.name}), which stops every robot"
-
-
+    return (
+        f"state {int(state)} {state.name} accepts only previous_state (-> {row.target.name}), which stops every robot"
+    )

@@ -57,7 +57,7 @@ class Transition:
         """The trigger as a user writes it, for instance ``jump_state: 5``."""
         if self.trigger is Trigger.JUMP:
             return f"jump_state: {'any' if self.jump is None else self.jump}"
-        return self.trigger.value
+        return str(self.trigger.value)
 
 
 STATE_DOCS: Dict[State, str] = {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Dict, List, Mapping, Optional, Set, Tuple
 
 import numpy as np
+import numpy.typing as npt
 
 from yarm.commander.answers import Answer
 from yarm.commander.goals import GoalBook
@@ -134,7 +135,8 @@ class World:
         objects = self.map.objects if self.map is not None else {}
         others = {name: o.cells for name, o in objects.items() if o.kind != "Mobile" and name not in goals}
         robots = tuple(
-            Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask) for _, robot in sorted(self.robots.items())
+            Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask)
+            for _, robot in sorted(self.robots.items())
         )
         return PlanRequest(self._spec(), self._occupancy(), robots, goals, dict(assignments), others, forbidden)
 
@@ -152,11 +154,11 @@ class World:
     def _spec(self) -> GridSpec:
         return self.map.spec if self.map is not None else GridSpec()
 
-    def _occupancy(self) -> np.ndarray:
+    def _occupancy(self) -> npt.NDArray[np.int8]:
         """Live grid in which the robots fill the cells of their masks, not those the cameras took for theirs."""
         if self.map is None:
             return np.zeros(self._spec().shape, dtype=np.int8)
-        occupied = (self.map.grid != 0).astype(np.int8)
+        occupied: npt.NDArray[np.int8] = (self.map.grid != 0).astype(np.int8)
         for found in self.of_kind("Mobile"):
             occupied[tuple(found.cells.T)] = 0
         for name, found in self.map.objects.items():

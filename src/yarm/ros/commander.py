@@ -165,7 +165,7 @@ class CommanderNode:
         while self._inbox:
             self._do(self._core.step(self._inbox.popleft(), now_s))
 
-    def _do(self, actions: "tuple[Action, ...]") -> None:
+    def _do(self, actions: tuple[Action, ...]) -> None:
         for action in actions:
             if isinstance(action, SendGoal):
                 self._send(action)
@@ -196,7 +196,11 @@ class CommanderNode:
         status = self._core.status(now_s)
         message = status_message(status, now_s)
         shown = self._shown
-        if shown is None or not same_status(shown, message) or abs(now_s - shown.header.stamp.to_sec()) >= STATUS_PERIOD_S:
+        if (
+            shown is None
+            or not same_status(shown, message)
+            or abs(now_s - shown.header.stamp.to_sec()) >= STATUS_PERIOD_S
+        ):
             self._shown = message
             self._status.publish(message)
         self._markers.show_world(self._core.world, status, now_s)

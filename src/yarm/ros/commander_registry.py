@@ -86,7 +86,7 @@ class RegistryWatch:
         frames = {frame for frame, _ in solids_of(entry)} | {entry.seed_frame}
         if not frames <= set(poses):
             return
-        T_ee_world = np.linalg.inv(poses[entry.seed_frame])  # noqa: N806
+        T_ee_world = np.linalg.inv(poses[entry.seed_frame])
         solids = [
             Solid(solid.kind, solid.size, T_ee_world @ poses[frame] @ solid.pose) for frame, solid in solids_of(entry)
         ]

@@ -191,7 +191,9 @@ class MarkerBoard:
         made = []
         for name, trail in sorted(self._trails.items()):
             if len(trail) > 1:
-                line = marker(f"{name}/driven", Marker.LINE_STRIP, robot_color(name, list(world.robots)), (0.02, 0.0, 0.0))
+                line = marker(
+                    f"{name}/driven", Marker.LINE_STRIP, robot_color(name, list(world.robots)), (0.02, 0.0, 0.0)
+                )
                 line.points = points(np.column_stack([np.array(trail), np.full(len(trail), FLOOR_M)]))
                 made.append(line)
         return made

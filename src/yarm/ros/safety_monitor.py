@@ -163,7 +163,7 @@ class SafetyMonitor:
 
     def _see(self, name: str) -> Optional[Seen]:
         robot, entry = self._robots[name], self._entries[name]
-        T_world_ee = self._frames.get(entry.seed_frame)  # noqa: N806
+        T_world_ee = self._frames.get(entry.seed_frame)
         if T_world_ee is None:
             return None
         if robot.points is None:
@@ -175,11 +175,11 @@ class SafetyMonitor:
         )
         return Seen(pose, float(T_world_ee[2, 3]), robot.points, robot.target, robot.goal_id)
 
-    def _surface(self, name: str, T_world_ee: FloatArray) -> Optional[FloatArray]:  # noqa: N803
+    def _surface(self, name: str, T_world_ee: FloatArray) -> Optional[FloatArray]:
         own = self._solids[name]
         if not own or any(frame not in self._frames for frame, _ in own):
             return None
-        T_ee_world = np.linalg.inv(T_world_ee)  # noqa: N806
+        T_ee_world = np.linalg.inv(T_world_ee)
         solids = [Solid(s.kind, s.size, T_ee_world @ self._frames[frame] @ s.pose) for frame, s in own]
         points = surface_points(solids, self._params.spacing_m)
         return points[points[:, 2] + T_world_ee[2, 3] > 0.02]

@@ -191,7 +191,9 @@ class FakeCell:
         grid = np.zeros(SPEC.shape, dtype=np.int8)
         objects = {}
         for name, cells in {**self.statics, **self.obstacles}.items():
-            objects[name] = MappedObject(name, "Obstacle", 1, tuple(SPEC.centers(cells).mean(axis=0)), (0, 0, 0, 1), cells)
+            objects[name] = MappedObject(
+                name, "Obstacle", 1, tuple(SPEC.centers(cells).mean(axis=0)), (0, 0, 0, 1), cells
+            )
         for name, (x, y) in self.debris.items():
             cells = SPEC.cells_inside([(x + dx, y + dy, 0.75) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
             objects[name] = MappedObject(name, "Debris", 2, (x, y, 0.75), (0, 0, 0, 1), cells)
@@ -223,14 +225,14 @@ class FakeCell:
                     self.touches.append((self.now, name, other))
 
     def _register(self):
-        kinds = {name: "Mobile" for name in self.robots}
-        kinds.update({name: "Manipulator" for name in self.arms})
-        kinds.update({name: "Debris" for name in self.debris})
-        kinds.update({name: "Target" for name in self.targets})
+        kinds = dict.fromkeys(self.robots, "Mobile")
+        kinds.update(dict.fromkeys(self.arms, "Manipulator"))
+        kinds.update(dict.fromkeys(self.debris, "Debris"))
+        kinds.update(dict.fromkeys(self.targets, "Target"))
         if kinds != self._registered:
             known = set(self._registered or {})
             self._registered = kinds
-            self._step(RegistryUpdate(kinds, {name: SHAPE for name in self.robots}))
+            self._step(RegistryUpdate(kinds, dict.fromkeys(self.robots, SHAPE)))
             for name in sorted((set(self.robots) | set(self.arms)) - known - self.lost):
                 self._step(ServerUpdate(name, True))
 

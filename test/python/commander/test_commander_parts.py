@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from python.commander.fake_cell import SHAPE, SPEC
 
+from python.commander.fake_cell import SHAPE, SPEC
 from yarm.commander.answers import AnswerError, parse_answer
 from yarm.commander.goals import GoalBook, Purpose, remaining
 from yarm.commander.messages import CancelGoal, GoalDone, Outcome, Target
