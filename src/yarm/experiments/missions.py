@@ -13,6 +13,7 @@ from yarm.resources import package_root
 
 CASES = ("2m1ma", "3m")
 SEED = 3
+WALL_LIMIT_S = 1800
 
 
 def run_missions(folder: Path, on_progress: Callable[[int, int, str], None], cases: Sequence[str] = CASES) -> str:
@@ -41,9 +42,13 @@ def mission_command(folder: Path, case: str) -> List[str]:
 
 
 def experiment_command() -> List[str]:
-    """How ``run_experiment`` is called: the checkout's own script, or the installed one by rosrun."""
+    """How ``run_experiment`` is called: in lock-step, so that a busy machine changes nothing but the wall time.
+
+    The checkout's own script, or the installed one by rosrun.
+    """
     script = package_root() / "scripts" / "run_experiment"
-    return [sys.executable, str(script)] if script.is_file() else ["rosrun", "yarm", "run_experiment"]
+    call = [sys.executable, str(script)] if script.is_file() else ["rosrun", "yarm", "run_experiment"]
+    return [*call, "--sync", "--speed", "0", "--wall-limit", str(WALL_LIMIT_S)]
 
 
 def mission_line(case: str, own: Path) -> str:
