@@ -236,7 +236,7 @@ def main() -> int:
     parser.add_argument("--families", default=",".join(FAMILIES), help="families to run")
     parser.add_argument("--planners", default=",".join(PLANNERS), help="planners to compare")
     parser.add_argument(
-        "--results", type=Path, default=ROOT / "build" / "bench" / "planning.jsonl", help="file of runs"
+        "--results", type=Path, default=ROOT / "results" / "bench" / "planning.jsonl", help="file of runs"
     )
     parser.add_argument("--out", type=Path, default=ROOT / "bench", help="folder of the report")
     options = parser.parse_args()
