@@ -19,7 +19,7 @@ import rostest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
-from yarm.msg import CommanderStatus, MapMetaData, ObjectRegistry, StepAck
+from yarm.msg import CommanderStatus, MapMetaData, ObjectRegistry, SimStatus, StepAck
 
 from yarm.resources import resource
 from yarm.ros import names
@@ -53,11 +53,15 @@ class Everyone:
         self.sent = 0
         self.poses: List[str] = []
         self.clouds: Dict[int, str] = {}
+        self.first_status_s = -1.0
+        self.gaps_s: List[float] = []
+        self._last_s = -1.0
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100)
         self._metadata = rospy.Publisher(names.PLANNING_METADATA, MapMetaData, queue_size=100)
         self._drive = rospy.Publisher(names.cmd_vel("ankurbot_1"), Twist, queue_size=100)
         self._subscribers = [
             rospy.Subscriber("/tf", TFMessage, self.on_tick, queue_size=100),
+            rospy.Subscriber(names.SIM_STATUS, SimStatus, self.on_status, queue_size=10),
             rospy.Subscriber(names.camera_points(2), rospy.AnyMsg, self.on_cloud, queue_size=100, buff_size=1 << 24),
         ]
 
@@ -65,8 +69,15 @@ class Everyone:
         for thing in (*self._subscribers, self._ack, self._metadata, self._drive):
             thing.unregister()
 
+    def on_status(self, message: SimStatus) -> None:
+        if self.first_status_s < 0.0:
+            self.first_status_s = message.header.stamp.to_sec()
+
     def on_tick(self, message: TFMessage) -> None:
         stamp = message.transforms[0].header.stamp
+        if self._last_s >= 0.0:
+            self.gaps_s.append(stamp.to_sec() - self._last_s)
+        self._last_s = stamp.to_sec()
         if stamp.to_sec() >= START_S:
             digest = hashlib.sha256(b"".join(struct.pack("<7d", *_numbers(t)) for t in message.transforms))
             self.poses.append(digest.hexdigest())
@@ -132,6 +143,8 @@ class SyncTest(unittest.TestCase):
         process.terminate()
         process.wait(WALL_LIMIT_S)
         everyone.close()
+        self.assertEqual(everyone.first_status_s, START_S, "sim/status says when the cell is live, and not before")
+        self.assertLess(max(everyone.gaps_s), 0.21, "no clock of another node sees an interruption")
         stamps = sorted(everyone.clouds)[:SETS]
         return everyone.poses[: 2 * SETS], [everyone.clouds[stamp] for stamp in stamps]
 

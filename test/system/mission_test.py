@@ -10,7 +10,7 @@ import unittest
 
 import rospy
 import rostest
-from yarm.msg import CommanderStatus, Contacts, ObjectRegistry, SafetyStatus, SanderStatus
+from yarm.msg import CommanderStatus, Contacts, ObjectRegistry, SafetyStatus, SanderStatus, SimStatus
 from yarm.srv import StateChange
 
 from yarm.ros import names
@@ -102,6 +102,7 @@ class MissionTest(unittest.TestCase):
         self.assertEqual(self.heard.status.outcome, "succeeded", self.heard.status)
 
     def test_mission(self):
+        rospy.wait_for_message(names.SIM_STATUS, SimStatus, timeout=120.0)  # the lock-step has begun
         self.wait(lambda: self.heard.present, "object_registry")
         expected = EXPECTED[self.scene]
         debris = [goal for goal in expected if goal.startswith("debris")]

@@ -148,6 +148,8 @@ class MissionDriver:
         if self.now_s() <= 0.0:
             return "simulated time (is the simulation running?)"
         with self._inputs.lock:
+            if self._inputs.state.sim is None:
+                return f"{names.SIM_STATUS}: the cell is not live yet"
             if self._inputs.state.status is None:
                 return f"{names.COMMANDER_STATUS} (is the commander running?)"
             if not self._inputs.state.robots:

@@ -21,12 +21,14 @@ from yarm.sim.cameras import Eyes
 from yarm.sim.contacts import ContactKind
 from yarm.sim.scene import HALF_CELL_M, TOP_M, SceneError, ThingSpec, load_scene
 from yarm.sim.scene_events import Event, Script, Situation
-from yarm.sim.world import STEPS_PER_SECOND, TICK_S, SpawnError, World
+from yarm.sim.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SpawnError, World
 
 BACKLOG_S = 0.25
 """After a hold-up the loop makes up at most this much wall time, s."""
 SHUTDOWN_S = 1.0
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
+FAST_FORWARD_STEPS = 48
+"""Steps a tick on the way to the lock-step's start: 0.2 s, so that nobody takes it for an interruption."""
 SYNC_EVENT_TICKS = 30
 """In lock-step, events are looked at this often, so that those that wait for messages fire at the same tick."""
 
@@ -71,6 +73,8 @@ class SimulationNode:
         self._script = Script(scene.events)
         self._off: Tuple[int, ...] = ()
         self._version = -1
+        self._live = not params.sync
+        self._just_live = False
         self._sets = 0
         self._frames_since_status = 0
         self._reported: Dict[Tuple[str, str], bool] = {}
@@ -132,11 +136,17 @@ class SimulationNode:
         self._sets += 1
         self._frames_since_status += 1
         self._ground_truth(stamp)
-        if self._frames_since_status * 2 * TICK_S >= self._params.status_period - 1e-9:
-            wall, parts = self._watch.take(self._frames_since_status)
-            factor = self._frames_since_status * 2 * TICK_S / max(wall, 1e-9)
-            self._outbox.status(stamp, factor, self._sets, parts)
+        if self._live:
+            self._status(stamp)
+
+    def _status(self, stamp: rospy.Time) -> None:
+        """Every status period; in lock-step also at once when it begins, for those who wait for it."""
+        passed_s = self._frames_since_status * 2 * TICK_S
+        if self._just_live or passed_s >= self._params.status_period - 1e-9:
+            wall_s, parts = self._watch.take(self._frames_since_status)
+            self._outbox.status(stamp, passed_s / max(wall_s, 1e-9), self._sets, parts)
             self._frames_since_status = 0
+            self._just_live = False
 
     def _ground_truth(self, stamp: rospy.Time) -> None:
         contacts = self._world.contacts.take()
@@ -185,18 +195,19 @@ class SimulationNode:
         return missing
 
     def _warm_up(self) -> None:
-        """Let time, but not physics, run until all participants are heard; the first step is a camera set at the start."""
-        begin = round(self._params.sync_start * STEPS_PER_SECOND)
-        tick = 0
-        while not rospy.is_shutdown() and self._unheard():
-            tick += 1
-            self._world.steps = round(tick * TICK_S * STEPS_PER_SECOND)
-            if self._world.steps >= begin:
-                raise SyncError(f"lock-step cannot start: {self._unheard()} after {self._params.sync_start:g} s")
+        """Let time, but not physics, run until all participants are heard; the lock-step begins with a camera set."""
+        last = round(self._params.sync_start * STEPS_PER_SECOND) - STEPS_PER_TICK
+        while not rospy.is_shutdown() and self._world.steps < last:
+            unheard = self._unheard()
+            self._world.steps += STEPS_PER_TICK if unheard else min(FAST_FORWARD_STEPS, last - self._world.steps)
+            if unheard and self._world.steps >= last:
+                raise SyncError(f"lock-step cannot start: {unheard} after {self._params.sync_start:g} s")
             self._publish()
             self._next_s = max(self._next_s + TICK_S, time.monotonic())
             self._inbox.work_until(self._next_s)
-        self._world.steps = begin - round(TICK_S * STEPS_PER_SECOND)
+        self._live = self._just_live = True
+        self._frames_since_status = 0
+        self._watch.take(1)
 
     def _unheard(self) -> str:
         params = self._params
