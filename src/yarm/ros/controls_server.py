@@ -9,6 +9,7 @@ from __future__ import annotations
 import fnmatch
 import math
 import threading
+import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Deque, Dict, Mapping, Optional, Type, Union
@@ -34,6 +35,7 @@ ROBOT_TYPES: Mapping[str, Union[Type[MobileUnit], Type[ArmUnit]]] = {
 }
 ROBOT_KINDS = ("Mobile", "Manipulator")
 WATCH_PERIOD_S = 0.1
+SILENCE_S = 3.0
 JUMP_AHEAD_S = 0.1
 """Lock-step: a longer step ahead is its beginning; camera sets of before are not waited for, s."""
 SAME_TICK_S = 0.004
@@ -67,6 +69,7 @@ class ControlsServer:
         self._condition = threading.Condition()
         self._woken = False
         self._seeds: Deque[TransformStampedVector] = deque(maxlen=None if params.sync else 1)
+        self._heard_s = time.monotonic()
         self._last_s = -np.inf
         self._ack_after: Optional[StepAck] = None
         self._lock_step_from_s = 0.0
@@ -124,6 +127,7 @@ class ControlsServer:
     def _on_seeds(self, message: TransformStampedVector) -> None:
         with self._condition:
             self._seeds.append(message)
+            self._heard_s = time.monotonic()
         self._wake()
 
     def _on_ack(self, message: StepAck) -> None:
@@ -185,7 +189,7 @@ class ControlsServer:
                     self._unknown[name] = False
                 return
             unit = unit_type(name, self._params, self._entry, self._wake)
-            robot = _Robot(unit, MoveRobotServer(names.move_robot(name)), pose, now_s)
+            robot = _Robot(unit, MoveRobotServer(names.move_robot(name), self._wake), pose, now_s)
             self._robots[name] = robot
             rospy.loginfo("%s (%s): %s is up", name, unit.kind, names.move_robot(name))
         robot.pose, robot.seen_s = pose, now_s
@@ -245,6 +249,10 @@ class ControlsServer:
 
     def _watch(self) -> None:
         """Old seeds, seen from simulated time, when none come at all."""
+        if time.monotonic() - self._heard_s > SILENCE_S:
+            rospy.logwarn_throttle(
+                10.0, f"nothing on {names.SEED_TRANSFORMS} for {SILENCE_S:g} s: are simulator and seed_tf_publisher up?"
+            )
         now_s = rospy.get_time()
         if self._params.sync or now_s - self._last_s < self._params.hold_s:
             return

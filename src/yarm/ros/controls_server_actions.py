@@ -31,12 +31,14 @@ class Event:
 class MoveRobotServer(ActionServer):
     """``<robot>/move_robot``: at most one goal is active; a new one preempts it."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, wake: Callable[[], None]) -> None:
         """Advertise the action.
 
         Args:
             name: relative name of the action.
+            wake: called when a goal or cancel has come; must take no lock that a caller of this class holds.
         """
+        self._wake = wake
         super().__init__(name, MoveRobotAction, self._on_goal, self._on_cancel, auto_start=False)
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._active: Optional[ServerGoalHandle] = None
@@ -61,6 +63,7 @@ class MoveRobotServer(ActionServer):
         sender = header.get("callerid", "").rsplit("/", 1)[-1]
         with self.lock:
             self.received[sender] = self.received.get(sender, 0) + 1
+        self._wake()
 
     def _on_goal(self, handle: ServerGoalHandle) -> None:
         self._events.put(Event(handle, False))

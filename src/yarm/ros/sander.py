@@ -7,6 +7,7 @@ lock-step on the spot.
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from typing import Deque, List, Optional, Sequence, Tuple
@@ -34,6 +35,7 @@ from yarm.ros.sander_params import SanderNodeParams
 from yarm.ros.sander_scan import ScanCollector
 
 WATCH_PERIOD_S = 0.5
+SILENCE_S = 3.0
 PROGRESS_PERIOD_S = 0.1
 Axes = Tuple[float, float, float, float]
 
@@ -55,6 +57,7 @@ class SanderNode:
         self._buttons: Sequence[int] = (0,) * len(Button)
         self._received = 0
         self._ack_after: Optional[StepAck] = None
+        self._heard_s = time.monotonic()
         self._last_s = -np.inf
         self._was_scanning = False
         self._reported: Tuple[Optional[SanderReport], float] = (None, -np.inf)
@@ -74,6 +77,9 @@ class SanderNode:
                 self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
                 self._woken = False
                 waiting = list(self._joints)
+            if time.monotonic() - self._heard_s > SILENCE_S:
+                topic = names.joint_states(self._params.arm)
+                rospy.logwarn_throttle(10.0, f"nothing on {topic} for {SILENCE_S:g} s: is the arm's driver up?")
             for joints in waiting:
                 if not self._ready(joints.header.stamp.to_sec()):
                     break
@@ -116,6 +122,7 @@ class SanderNode:
     def _on_joints(self, message: JointState) -> None:
         with self._condition:
             self._joints.append(message)
+            self._heard_s = time.monotonic()
         self._wake()
 
     def _on_joy(self, message: Joy) -> None:
