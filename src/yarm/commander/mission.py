@@ -11,7 +11,7 @@ import numpy as np
 from yarm.commander.assignment import Assignments
 from yarm.commander.goals import ActiveGoal, Purpose
 from yarm.commander.messages import Action, DeleteDone, DeleteObject, GoalDone, Outcome, Say, ShowPlan, TaskView
-from yarm.commander.steps import CheckedSteps, StepGuard, safe_part
+from yarm.commander.steps import CheckedSteps, StepGuard, safe_part, steps_of
 from yarm.commander.work import Work
 from yarm.commander.world import World
 from yarm.geometry import BoolArray, IntArray
@@ -144,7 +144,7 @@ class Mission(Work):
                 actions += goals.cancel(goal.robot, now_s, f"has not moved for {params.no_progress_s:g} s ({why})")
             elif self._aim_lost(goal.robot):
                 actions += goals.cancel(goal.robot, now_s, "replan: its goal has moved or gone")
-        if now_s - self._checked_s >= params.recheck_s and goals.of(Purpose.STEP):
+        if params.check_steps and now_s - self._checked_s >= params.recheck_s and goals.of(Purpose.STEP):
             self._checked_s = now_s
             actions += self._recheck(now_s)
         return actions
@@ -238,7 +238,7 @@ class Mission(Work):
     def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
         plan = self._tools.planner.plan(request, self._tools.rng)
         before_s = self._tools.stopwatch_s()
-        checked = safe_part(request, plan)
+        checked = safe_part(request, plan) if self.world.params.check_steps else CheckedSteps(steps_of(plan))
         check_ms = 1e3 * (self._tools.stopwatch_s() - before_s)
         actions: List[Action] = [ShowPlan(request, plan, tuple(checked.steps), checked.refused, check_ms)]
         if checked.refused:

@@ -39,6 +39,9 @@ class CommanderParams:
         10.0, "s", "a robot that comes no nearer for this long is stopped", low=1.0, high=600.0
     )
     retry_s: float = param(1.0, "s", "pause before a failed goal or plan is tried again", low=0.0, high=60.0)
+    check_steps: bool = param(
+        True, "", "send only what the independent checker passes; false runs the published planner as it was"
+    )
     recheck_s: float = param(
         0.1, "s", "how often a step under way is checked against the newest map", low=0.0, high=10.0
     )

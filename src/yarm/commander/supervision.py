@@ -1,4 +1,4 @@
-"""A manipulator at work is paused while debris or a mobile robot is near its tool, and goes on when the way is clear."""
+"""Pauses a manipulator while debris or a mobile robot is near its tool, and lets it go on when the way is clear."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The object registry as the Commander needs it: kinds, and the known shape of each mobile robot about its end effector."""
+"""The object registry for the Commander: kinds, and the known shape of each mobile robot about its end effector."""
 
 from __future__ import annotations
 
