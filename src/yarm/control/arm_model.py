@@ -137,14 +137,14 @@ def tool_pose(point: FloatArray, normal: FloatArray, yaw_rad: float) -> FloatArr
         normal: (3,), out of the surface, of length 1.
         yaw_rad: direction of the tool's x axis about world z.
     """
-    z_axis = -np.asarray(normal, dtype=float)
-    ahead = np.array([math.cos(yaw_rad), math.sin(yaw_rad), 0.0])
-    y_axis = np.cross(z_axis, ahead)
-    y_axis /= np.linalg.norm(y_axis)
-    pose = np.eye(4)
-    pose[:3, :3] = np.column_stack([np.cross(y_axis, z_axis), y_axis, z_axis])
-    pose[:3, 3] = point
-    return pose
+    zx, zy, zz = (-float(v) for v in normal)
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    yx, yy, yz = -zz * s, zz * c, zx * s - zy * c
+    length = math.sqrt(yx * yx + yy * yy + yz * yz)
+    yx, yy, yz = yx / length, yy / length, yz / length
+    xx, xy, xz = yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx
+    px, py, pz = (float(v) for v in point)
+    return np.array([[xx, yx, zx, px], [xy, yy, zy, py], [xz, yz, zz, pz], [0.0, 0.0, 0.0, 1.0]])
 
 
 def _joints(q: FloatArray) -> PyKDL.JntArray:
