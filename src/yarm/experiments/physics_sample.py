@@ -68,7 +68,7 @@ def run_sample(
 
 
 def command(folder: Path, spec: TrialSpec) -> List[str]:
-    """The run that repeats a trial: the same planner, seed and share of the raster done."""
+    """The run that repeats a trial: the same planner, seed and share of the raster done; ``original`` unguarded."""
     options = {
         "--case": spec.scene,
         "--seed": spec.seed,
@@ -77,7 +77,8 @@ def command(folder: Path, spec: TrialSpec) -> List[str]:
         "--raster": f"{raster_share(spec.seed):.4f}",
         "--results": folder / spec.planner,
     }
-    return [*experiment_command(), *(str(word) for option in options.items() for word in option)]
+    unguarded = ["--unguarded"] if spec.planner == "original" else []
+    return [*experiment_command(), *unguarded, *(str(word) for option in options.items() for word in option)]
 
 
 def summary_file(folder: Path, spec: TrialSpec) -> Path:

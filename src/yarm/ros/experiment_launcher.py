@@ -30,6 +30,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
     options.add_argument("--planner", default="yarm", help="yarm, original, ma_astar, ompl_...")
     options.add_argument("--particles", type=int, default=333, help="particles of the planner, at least")
+    options.add_argument("--unguarded", action="store_true", help="no checker, no safety monitor, as published")
     options.add_argument("--rviz", action="store_true", help="show it")
     options.add_argument("--sync", action="store_true", help="lock-step: slower, repeats exactly")
     options.add_argument("--bag", action="store_true", help="record a bag beside the results")
@@ -80,6 +81,7 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "results": Path(options.results).resolve(),
     }
     flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}
+    flags["guarded"] = not options.unguarded
     arguments = [f"{name}:={value}" for name, value in values.items()]
     arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
     return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
