@@ -301,8 +301,11 @@ def with_margin(occupied: Layers, present: Layers, stride: int) -> Layers:
     not locked in for ever; it is still an obstacle.
     """
     others = difference(occupied, present)
+    grown = dilated(others, stride)
+    if not overlap(grown, present):
+        return grown
     close = intersection(others, dilated(present, stride))
-    return union(dilated(difference(others, close), stride), close) if any(close) else dilated(others, stride)
+    return union(dilated(difference(others, close), stride), close)
 
 
 def close_pair(one: RobotSpace, other: RobotSpace) -> bool:

@@ -40,9 +40,10 @@ def cell_order(shape: Tuple[int, int]) -> IntArray:
     return result
 
 
-def moved_order(order: IntArray, shape: Tuple[int, int], rng: np.random.Generator) -> IntArray:
-    """The same order moved by a random number of columns, around the edges; as even as before."""
-    moved: IntArray = (order + rng.integers(0, shape)) % np.asarray(shape)
+def moved_order(order: IntArray, shape: Tuple[int, int], number: int) -> IntArray:
+    """The same order moved by some columns around the edges, differently for each number; as even as before."""
+    offset = np.floor(number * np.array([0.38196601, 0.70710678]) % 1.0 * shape).astype(np.int64)
+    moved: IntArray = (order + offset) % np.asarray(shape)
     return moved
 
 

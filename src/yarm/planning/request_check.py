@@ -58,16 +58,16 @@ def robot_fault(robot: Robot, request: PlanRequest) -> Optional[Fault]:
 
 def start_collision(robot: Robot, request: PlanRequest) -> Optional[Fault]:
     """Which object a robot overlaps where it stands."""
-    cells = robot.cells
-    cells = cells[request.spec.contains(cells)]
-    mine = np.unique(request.spec.ravel(cells))
+    mine = np.zeros(request.spec.shape, dtype=np.bool_)
+    cells = robot.cells[request.spec.contains(robot.cells)]
+    mine[cells[:, 0], cells[:, 1], cells[:, 2]] = True
     for name, theirs in request.objects.items():
         if name in request.goals or len(theirs) == 0:
             continue
         inside = np.asarray(theirs)[request.spec.contains(theirs)]
-        both = np.intersect1d(mine, request.spec.ravel(inside))
+        both = inside[mine[inside[:, 0], inside[:, 1], inside[:, 2]]]
         if len(both):
-            cell = tuple(int(v) for v in request.spec.unravel(both[:1])[0])
+            cell = tuple(int(v) for v in both[0])
             return PlanStatus.INVALID_START, f"{robot.name} overlaps {name} in {len(both)} cells, one is {cell}"
     return None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from yarm.planning.bitboard import Board
 from yarm.planning.cost_queue import CostQueue
 from yarm.planning.cspace import Pose, View
 from yarm.planning.graph import Neighbours, delaunay_edges, nearest, nearest_edges, neighbours_of
+from yarm.planning.particles import cell_order, moved_order
 from yarm.planning.types import Column
 
 Path = Tuple[Pose, ...]
@@ -22,6 +23,8 @@ State = Tuple[int, int]
 
 JOINED = 8
 """Particles that start, goal and added particles are joined with, besides each other."""
+OFFSETS = 16
+"""Number of equally even sets of particles that a seed chooses from."""
 _LONG_CELLS = 4
 
 
@@ -34,40 +37,72 @@ class Target:
 
 
 class Roadmap:
-    """Particles and their Delaunay graph, which is made when a search first needs it.
+    """Particles and their graph, made when a search first needs it.
 
-    Those added in narrow places are joined with their nearest particles instead, so that the triangulation is the same
-    from step to step while the map changes.
+    The first particles are triangulated; those added to a roadmap (``with_added``) are joined with their nearest
+    instead, so that the triangulation stays the same from step to step while the map changes.
     """
 
-    def __init__(self, particles: IntArray, base: Optional[int] = None, edges: Optional[IntArray] = None) -> None:
-        """Particles (n, 2), distinct columns.
-
-        Args:
-            particles: columns.
-            base: how many of them, from the first, are triangulated; None for all.
-            edges: their triangulation when it is known.
-        """
+    def __init__(self, particles: IntArray) -> None:
+        """Particles (n, 2), distinct columns."""
         self.particles = particles
-        self.columns: Tuple[Column, ...] = tuple((int(x), int(y)) for x, y in particles)
-        self._base = len(particles) if base is None else base
-        if edges is not None:
-            self.base_edges = edges
+        self._base: Optional[Roadmap] = None
+
+    def with_added(self, added: IntArray) -> Roadmap:
+        """This roadmap with further particles (m, 2)."""
+        if not len(added):
+            return self
+        larger = Roadmap(np.concatenate([self.particles, added]))
+        larger._base = self
+        return larger
 
     @cached_property
-    def base_edges(self) -> IntArray:
-        """Edges (m, 2) of the triangulation: pairs of indices of particles."""
-        return delaunay_edges(self.particles[: self._base])
+    def columns(self) -> Tuple[Column, ...]:
+        """The particles."""
+        return tuple((x, y) for x, y in self.particles.tolist())
 
     @cached_property
     def edges(self) -> IntArray:
-        """Edges (m, 2) of the whole graph: pairs of indices of particles."""
-        return np.concatenate([self.base_edges, nearest_edges(self.particles, self._base, JOINED)])
+        """Edges (m, 2) of the graph: pairs of indices of particles."""
+        if self._base is None:
+            return delaunay_edges(self.particles)
+        return np.concatenate([self._base.edges, self._added_edges])
+
+    @cached_property
+    def _added_edges(self) -> IntArray:
+        base = self._base
+        return nearest_edges(self.particles, 0 if base is None else len(base.particles), JOINED)
 
     @cached_property
     def neighbours(self) -> Neighbours:
         """For each particle, those it shares an edge with."""
-        return neighbours_of(len(self.columns), self.edges)
+        if self._base is None:
+            return neighbours_of(len(self.particles), self.edges)
+        lists = [*self._base.neighbours, *((),) * (len(self.particles) - len(self._base.particles))]
+        for a, b in self._added_edges.tolist():
+            lists[a] = (*lists[a], b)
+            lists[b] = (*lists[b], a)
+        return tuple(lists)
+
+    @property
+    def shown_edges(self) -> IntArray:
+        """Edges for display: those of the triangulation alone while no search has needed the others."""
+        if self._base is None or "_added_edges" in self.__dict__:
+            return self.edges
+        return self._base.edges
+
+
+@lru_cache(maxsize=32)
+def even_roadmap(shape: Tuple[int, int], count: int, offset: int) -> Tuple[IntArray, Roadmap]:
+    """Order of all columns of a grid and the roadmap over the first ``count`` of it, kept.
+
+    Args:
+        shape: columns along x and y.
+        count: number of particles; no more than there are columns.
+        offset: one of ``OFFSETS`` equally even sets.
+    """
+    order = moved_order(cell_order(shape), shape, offset)
+    return order, Roadmap(order[:count])
 
 
 class _Graph:

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from typing import Dict, List, Optional, Sequence, Tuple
-
-import numpy as np
 
 from yarm.geometry import BoolArray
 from yarm.planning import request_check as check
 from yarm.planning.bitboard import Board, Layers, shifted, union
 from yarm.planning.cspace import Pose, RobotSpace, ShapeCache, View
 from yarm.planning.fleet import Fleet
-from yarm.planning.particles import cell_order
-from yarm.planning.search import Roadmap, flood, path_cost, reachable
+from yarm.planning.search import even_roadmap, flood, path_cost, reachable
 from yarm.planning.types import Column, Goal, PlanRequest
 from yarm.planning.world import World, turns_of, why_not
 
@@ -52,7 +48,7 @@ class Travel:
         fault = fault or check.goal_fault(self._robots[robot], request)
         if fault or world is None:
             return math.inf, fault if isinstance(fault, str) else (fault[1] if fault else f"{robot} is not there")
-        roadmap = _roadmap(request.spec.shape[0], request.spec.shape[1])
+        _, roadmap = even_roadmap((request.spec.shape[0], request.spec.shape[1]), _PARTICLES, 0)
         fleet = Fleet(world.spaces, world.targets, roadmap)
         path = fleet.alone(0)
         if path is None:
@@ -173,8 +169,3 @@ def _touch(one: RobotSpace, a: Pose, other: RobotSpace, b: Pose) -> bool:
 def _grown_at(space: RobotSpace, pose: Pose) -> Layers:
     offset = pose[0] * space.layout.stride + pose[1]
     return tuple(shifted(layer, offset) for layer in space.shape(pose[2]).grown)
-
-
-@lru_cache(maxsize=4)
-def _roadmap(gx: int, gy: int) -> Roadmap:
-    return Roadmap(cell_order((gx, gy))[:_PARTICLES].astype(np.int64))

@@ -10,19 +10,17 @@ from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import IntArray
 from yarm.params import build
 from yarm.planning import request_check as check
 from yarm.planning.bitboard import Layers
 from yarm.planning.cspace import ShapeCache
 from yarm.planning.fleet import Fleet, Move
-from yarm.planning.graph import delaunay_edges
 from yarm.planning.joint_plan import StepChoice, path_of, valid
 from yarm.planning.joint_search import JointSearch
 from yarm.planning.params import PlannerParams
-from yarm.planning.particles import cell_order, moved_order, narrow_columns, narrow_particles
+from yarm.planning.particles import narrow_columns, narrow_particles
 from yarm.planning.replanning import GoalKey, Memory, waypoint
-from yarm.planning.search import Roadmap
+from yarm.planning.search import OFFSETS, Roadmap, even_roadmap
 from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
 from yarm.planning.world import World, turns_of, why_not
 
@@ -51,7 +49,7 @@ class YarmPlanner:
     def reset(self) -> None:
         """Forget the previous plan and the particles."""
         self._memory = Memory()
-        self._base: Optional[Tuple[Tuple[int, ...], IntArray, IntArray]] = None
+        self._offset: Optional[int] = None
         self._last: Optional[Layers] = None
         self._tried: Dict[str, GoalKey] = {}
         self._failures = 0
@@ -80,22 +78,18 @@ class YarmPlanner:
         status, reason = check.worst(plans)
         elapsed = 1e3 * (time.perf_counter() - began)
         shares = {name: dataclasses.replace(p, planning_ms=elapsed / len(plans)) for name, p in plans.items()}
-        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap.particles, roadmap.edges)
+        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap.particles, roadmap.shown_edges)
 
     def _roadmap(self, world: World, rng: np.random.Generator) -> Roadmap:
-        shape = world.request.spec.shape[:2]
-        if self._base is None or self._base[0] != shape:
-            order = moved_order(cell_order((shape[0], shape[1])), (shape[0], shape[1]), rng)
-            particles = order[: self.params.particles]
-            self._base = shape, order, delaunay_edges(particles)
-        _, order, edges = self._base
-        narrow = np.zeros(shape, dtype=np.bool_)
+        gx, gy, _ = world.request.spec.shape
+        if self._offset is None:
+            self._offset = int(rng.integers(OFFSETS))
+        order, base = even_roadmap((gx, gy), self.params.particles, self._offset)
+        narrow = np.zeros((gx, gy), dtype=np.bool_)
         for space, target in zip(world.spaces, world.targets):
             if target is not None:
                 narrow |= narrow_columns(~world.layout.image_of_board(space.blocked(0)))
-        count = min(self.params.particles, len(order))
-        added = narrow_particles(order, count, narrow, self.params.narrow_factor)
-        return Roadmap(np.concatenate([order[:count], added]), count, edges)
+        return base.with_added(narrow_particles(order, len(base.particles), narrow, self.params.narrow_factor))
 
     def _kept_moves(self, world: World, fleet: Fleet, faulty: Mapping[str, RobotPlan]) -> Optional[List[Move]]:
         """The remembered joint plan, while its goals are the same and its moves are free."""

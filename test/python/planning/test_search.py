@@ -115,3 +115,13 @@ def test_few_particles_are_enough(count: int) -> None:
     roadmap = Roadmap(cell_order((30, 24))[:count].astype(np.int64))
     view = view_of(block(1, 1), walls(SPEC, [(14, 16, 0, 20)]), (4, 4))
     assert_checked(view, find_path(view, roadmap, (4, 4, 0), Target((26, 4))), (4, 4, 0), (26, 4))
+
+
+def test_added_particles_extend_the_graph_and_leave_the_triangulation_alone() -> None:
+    base = Roadmap(cell_order((30, 24))[:40].astype(np.int64))
+    larger = base.with_added(cell_order((30, 24))[40:50].astype(np.int64))
+    assert np.array_equal(larger.edges[: len(base.edges)], base.edges)
+    assert all(len(neighbours) > 0 for neighbours in larger.neighbours)
+    for i, neighbours in enumerate(larger.neighbours):
+        assert all(i in larger.neighbours[j] for j in neighbours)
+    assert base.with_added(np.zeros((0, 2), dtype=np.int64)) is base
