@@ -144,7 +144,7 @@ class SyncTest(unittest.TestCase):
         process.wait(WALL_LIMIT_S)
         everyone.close()
         self.assertEqual(everyone.first_status_s, START_S, "sim/status says when the cell is live, and not before")
-        self.assertLess(max(everyone.gaps_s), 0.21, "no clock of another node sees an interruption")
+        self.assertLess(max(everyone.gaps_s), 0.41, "no clock of another node sees an interruption")
         stamps = sorted(everyone.clouds)[:SETS]
         return everyone.poses[: 2 * SETS], [everyone.clouds[stamp] for stamp in stamps]
 

@@ -27,8 +27,9 @@ BACKLOG_S = 0.25
 """After a hold-up the loop makes up at most this much wall time, s."""
 SHUTDOWN_S = 1.0
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
-FAST_FORWARD_STEPS = 48
-"""Steps a tick on the way to the lock-step's start: 0.2 s, so that nobody takes it for an interruption."""
+STEPS_PER_SET = 2 * STEPS_PER_TICK
+WIND_ON_STEPS = 96
+"""Steps from one camera set to the next on the way to the lock-step's start: 0.4 s is no interruption to anybody."""
 SYNC_EVENT_TICKS = 30
 """In lock-step, events are looked at this often, so that those that wait for messages fire at the same tick."""
 
@@ -195,16 +196,20 @@ class SimulationNode:
         return missing
 
     def _warm_up(self) -> None:
-        """Let time, but not physics, run until all participants are heard; the lock-step begins with a camera set."""
-        last = round(self._params.sync_start * STEPS_PER_SECOND) - STEPS_PER_TICK
-        while not rospy.is_shutdown() and self._world.steps < last:
-            unheard = self._unheard()
-            self._world.steps += STEPS_PER_TICK if unheard else min(FAST_FORWARD_STEPS, last - self._world.steps)
-            if unheard and self._world.steps >= last:
-                raise SyncError(f"lock-step cannot start: {unheard} after {self._params.sync_start:g} s")
+        """Let time, but not physics, run until all participants are heard, then wind it on to the lock-step's start."""
+        begin = round(self._params.sync_start * STEPS_PER_SECOND / STEPS_PER_SET) * STEPS_PER_SET
+        while not rospy.is_shutdown() and self._unheard():
+            self._world.steps += STEPS_PER_TICK
+            if self._world.steps >= begin:
+                raise SyncError(f"lock-step cannot start: {self._unheard()} after {self._params.sync_start:g} s")
             self._publish()
             self._next_s = max(self._next_s + TICK_S, time.monotonic())
             self._inbox.work_until(self._next_s)
+        while not rospy.is_shutdown() and self._world.steps < begin - STEPS_PER_SET:
+            ahead = (self._world.steps + WIND_ON_STEPS) // STEPS_PER_SET * STEPS_PER_SET
+            self._world.steps = min(ahead, begin - STEPS_PER_SET)
+            self._wait_for_participants(*self._publish())
+        self._world.steps = begin - STEPS_PER_TICK
         self._live = self._just_live = True
         self._frames_since_status = 0
         self._watch.take(1)

@@ -27,4 +27,4 @@ class SimulationParams(WorldParams):
     set_participants: Tuple[str, ...] = param((), "", "lock-step: nodes that acknowledge every camera set")
     wait_for_metadata: bool = param(True, "", "lock-step: wait for planning_metadata of every camera set")
     sync_timeout: float = param(10.0, "s", "lock-step: wall time to wait for a participant", low=0.1, high=600)
-    sync_start: float = param(60.0, "s", "lock-step: simulated time its first step is at", low=1, high=600)
+    sync_start: float = param(30.0, "s", "lock-step: simulated time its first step is at", low=1, high=600)
