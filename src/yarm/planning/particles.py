@@ -7,8 +7,9 @@ from functools import lru_cache
 from typing import Tuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from yarm.geometry import BoolArray, FloatArray, IntArray
+from yarm.geometry import BoolArray, IntArray
 
 _PLASTIC = 1.32471795724474602596
 """The plastic number: its powers give the most even additive sequence in the plane (R2)."""
@@ -93,6 +94,6 @@ def threshold_particles(shape: Tuple[int, int, int], threshold: float = 5.0) -> 
 
 def largest_pocket(particles: IntArray, shape: Tuple[int, int]) -> float:
     """Radius, cells, of the largest circle around a column that holds no particle: a measure of evenness."""
-    grid = np.stack(np.meshgrid(np.arange(shape[0]), np.arange(shape[1]), indexing="ij"), axis=-1).reshape(-1, 1, 2)
-    distances: FloatArray = np.linalg.norm(grid - particles[None, :, :], axis=-1).min(axis=1)
+    grid = np.argwhere(np.ones(shape, dtype=np.bool_))
+    distances, _ = cKDTree(particles).query(grid)
     return float(distances.max())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Set, Tuple
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -21,6 +21,7 @@ def columns_of(board: int, layout: bb.Layout = LAYOUT) -> Set[Tuple[int, int]]:
     return {(bit // layout.stride - layout.border, bit % layout.stride - layout.border) for bit in bits}
 
 
+@settings(max_examples=30)
 @given(GRIDS)
 def test_a_grid_comes_back_from_layers(grid: np.ndarray) -> None:
     layers = LAYOUT.layers_of_grid(grid)
@@ -28,6 +29,7 @@ def test_a_grid_comes_back_from_layers(grid: np.ndarray) -> None:
     assert layers == LAYOUT.layers_of_cells(np.argwhere(grid).astype(np.int64))
 
 
+@settings(max_examples=30)
 @given(GRIDS)
 def test_a_margin_is_all_26_neighbours(grid: np.ndarray) -> None:
     grown = bb.dilated(LAYOUT.layers_of_grid(grid), LAYOUT.stride)
@@ -47,6 +49,7 @@ def test_a_rectangle_and_the_field() -> None:
     assert columns_of(LAYOUT.field) == {(x, y) for x in range(7) for y in range(5)}
 
 
+@settings(max_examples=30)
 @given(arrays(np.bool_, (7, 5)))
 def test_an_image_comes_back_from_a_board(image: np.ndarray) -> None:
     assert np.array_equal(LAYOUT.image_of_board(LAYOUT.board_of_image(image)), image)
@@ -64,6 +67,7 @@ def touched(dx: int, dy: int) -> Set[Tuple[int, int]]:
     return hit
 
 
+@settings(max_examples=40)
 @given(STEPS, STEPS)
 def test_a_band_is_every_column_a_sliding_square_overlaps(dx: int, dy: int) -> None:
     layout = bb.Layout((40, 40, 1), 0)

@@ -67,7 +67,7 @@ def targets(**places: Tuple[int, int]) -> List[Goal]:
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 def test_seeded_instances_are_solved_without_a_refused_step(family: str) -> None:
     planner = YarmPlanner()
-    for seed in range(900, 904):
+    for seed in range(900, 903):
         instance = make_instance(family, seed)
         result = step_to_end(instance.scene, planner, np.random.default_rng(seed), clearance=False)
         assert result.status is PlanStatus.SOLVED, f"seed {seed}: {result.reason}"
