@@ -21,6 +21,8 @@ TIP_LINK = "sander_tip"
 CAMERA_LINK = "wrist_camera_optical_frame"
 IK_TOLERANCE_M = 1e-5
 IK_ITERATIONS = 200
+STALLED_TOLERANCE = 2e-4
+"""Near a singular wrist KDL stops with an error although it is there within this, m and rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +109,11 @@ class ArmKinematics:
             PyKDL.Vector(*(float(v) for v in target[:3, 3])),
         )
         answer = PyKDL.JntArray(6)
-        if self._inverse.CartToJnt(_joints(guess), frame, answer) < 0:
+        stalled = self._inverse.CartToJnt(_joints(guess), frame, answer) < 0
+        found = np.array([answer[i] for i in range(6)])
+        if stalled and np.max(np.abs(self.tip(found) - pose)) > STALLED_TOLERANCE:
             return None
-        q = self._unwound(np.array([answer[i] for i in range(6)]), guess)
+        q = self._unwound(found, guess)
         return q if self.limits.contain(q) else None
 
     def _unwound(self, q: FloatArray, guess: FloatArray) -> FloatArray:

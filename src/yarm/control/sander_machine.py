@@ -146,6 +146,7 @@ class SanderMachine:
         self.reason = ""
         self.plan: Optional[RasterPlan] = None
         self._counts = [0, 0]
+        self._failed_sanding = False
         self._script: Optional[Script] = None
         self._step: Optional[Step] = None
         self._job: Optional[Job] = None
@@ -182,6 +183,8 @@ class SanderMachine:
         for value in inputs.switches:
             self._counts[1] += 1
             self.enabled = value
+            if value and self._failed_sanding and self.plan is not None:
+                self._begin(self._resume_script(self.plan))
         for button in inputs.presses:
             self._counts[0] += 1
             self._press(button)
@@ -196,6 +199,7 @@ class SanderMachine:
         if button is Button.HOLD:
             self._abandon()
             self._teleoperation.start(self._q)
+            self._failed_sanding = False
             self.reason = "held: press advance, start or store to go on"
             return
         resting = self._script is None
@@ -215,6 +219,7 @@ class SanderMachine:
     def _begin(self, script: Script) -> None:
         self._abandon()
         self.reason = ""
+        self._failed_sanding = False
         self._script = script
 
     def _abandon(self) -> None:
@@ -243,6 +248,7 @@ class SanderMachine:
             except ArmError as error:
                 self._abandon()
                 self.reason = f"stays where it is: {error}"
+                self._failed_sanding = self.state is SanderState.SCAN_TO_PATH and self.plan is not None
         raise RuntimeError("a sander script goes round without ever waiting")
 
     def _outcome(self) -> Optional[Tuple[Any]]:
@@ -340,6 +346,14 @@ class SanderMachine:
         lift = yield Compute(self._from_here(self._planner.lift))
         yield Follow(lift)
         self.plan = plan = yield Compute(lambda: self._planner.raster(scan))
+        yield from self._sand(plan)
+
+    def _resume_script(self, plan: RasterPlan) -> Script:
+        """After a failure on the raster (something blocked the arm): lift, then go on where it stopped."""
+        yield Follow((yield Compute(self._from_here(self._planner.lift))))
+        yield from self._sand(plan)
+
+    def _sand(self, plan: RasterPlan) -> Script:
         while self._arc_m < plan.raster.length_m - ARC_TOLERANCE_M:
             self.lifted = True
             yield Wait(lambda: self.enabled)

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -65,6 +70,32 @@ def test_a_move_round_a_wall_is_found_and_free(walled):
 
 def turned(q: np.ndarray, angle_rad: float) -> np.ndarray:
     return q + np.array([angle_rad, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+SEEDED = """
+import numpy as np
+from python.control.test_arm_planning import WALL, at, turned
+from python.control.control_arm import arm
+from yarm.control.arm_collision import CELL_BOXES, ArmCollision
+from yarm.control.arm_planner import ArmPlanner
+planner = ArmPlanner(ArmCollision(arm(), (*CELL_BOXES, WALL)), arm().limits, 0.02, 1)
+start = at(-0.3, 0.0, 1.1)
+for angle in (1.5, 1.8):
+    print(planner.plan(start, turned(start, angle), 60.0).tolist())
+"""
+
+
+def test_the_same_seed_gives_the_same_paths_in_every_process():
+    root = Path(__file__).resolve().parents[3]
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(root / "src"), str(root / "test")]))
+    outputs = [
+        subprocess.run(
+            [sys.executable, "-c", SEEDED], env=environment, capture_output=True, text=True, timeout=120, check=True
+        ).stdout
+        for _ in range(2)
+    ]
+    assert outputs[0].count("[[") == 2
+    assert outputs[0] == outputs[1]
 
 
 def test_an_end_that_touches_is_refused_with_pair_and_distance(walled):

@@ -230,6 +230,29 @@ def test_an_arm_that_does_not_follow_is_noticed():
     assert "does not follow: joint" in cell.machine.reason
 
 
+def test_blocked_while_sanding_it_goes_on_when_switched_on_again():
+    cell = Cell()
+    cell.sanding(0.1)
+    cell.blocked = True
+    assert cell.run(20.0, until=lambda: bool(cell.machine.reason))
+    assert "does not follow" in cell.machine.reason
+    stopped = cell.machine.progress
+    cell.blocked = False
+    cell.run(10.0, switches=[False])
+    assert cell.machine.progress == stopped
+    assert cell.run(20.0, switches=[True], until=lambda: cell.machine.progress > stopped + 0.02)
+    assert cell.machine.reason == ""
+
+
+def test_switching_on_does_not_undo_a_hold():
+    cell = Cell()
+    cell.sanding(0.1)
+    cell.run(1.0, [Button.HOLD])
+    held = cell.q.copy()
+    cell.run(2.0, switches=[False, True])
+    assert cell.q == pytest.approx(held)
+
+
 def test_teleoperation_moves_the_tip_along_the_axes_and_stops():
     cell = Cell()
     cell.teleoperation()
