@@ -87,22 +87,32 @@ class Monitor:
 
     def _judge(self, now_s: float, name: str, seen: Seen, bodies: Sequence[Body]) -> Verdict:
         motion = self._measure(now_s, name, seen.pose)
-        target = seen.target if name not in self._holds else None
-        poses = coasting(seen.pose, motion, target, self._sight)
-        ahead = room_ahead(seen.points, seen.pose, seen.height_m, poses, bodies, self._params.stop_clearance_m)
         hold = self._holds.get(name)
-        moving = motion.fastest_mps(self._params.reach_m) > self._params.still_mps
+        fresh = hold is None or seen.goal_id not in ("", hold.goal_id)
+        poses = coasting(seen.pose, motion, seen.target if fresh else None, self._sight)
+        ahead = room_ahead(seen.points, seen.pose, seen.height_m, poses, bodies, self._params.stop_clearance_m)
         if hold is not None:
-            again = ahead.closing and moving
-            if again:
-                hold.since_s = now_s
-            if not moving and not again and now_s - hold.since_s >= self._params.hold_s:
-                del self._holds[name]
-                return Verdict(ahead, False, False, "")
-            return Verdict(ahead, True, bool(seen.goal_id) and seen.goal_id != hold.goal_id, hold.reason)
+            moving = motion.fastest_mps(self._params.reach_m) > self._params.still_mps
+            return self._keep(hold, now_s, name, seen, ahead, moving, fresh)
         if not ahead.closing:
             return Verdict(ahead, False, False, "")
-        step = "without a goal" if target is None else _describe(target)
+        return self._stop(now_s, name, seen, ahead)
+
+    def _keep(
+        self, hold: _Hold, now_s: float, name: str, seen: Seen, ahead: Ahead, moving: bool, fresh: bool
+    ) -> Verdict:
+        """A held robot is released when it stands and, if it has a new goal, that leads away."""
+        if fresh and ahead.closing:
+            return self._stop(now_s, name, seen, ahead)
+        if ahead.closing and moving:
+            hold.since_s = now_s
+        elif not moving and (fresh or now_s - hold.since_s >= self._params.hold_s):
+            del self._holds[name]
+            return Verdict(ahead, False, False, "")
+        return Verdict(ahead, True, fresh, hold.reason)
+
+    def _stop(self, now_s: float, name: str, seen: Seen, ahead: Ahead) -> Verdict:
+        step = "moving without a goal" if seen.target is None else _describe(seen.target)
         reason = f"{name} {step} would come within {ahead.distance_m:.3f} m of {ahead.nearest}"
         self._holds[name] = _Hold(now_s, reason, seen.goal_id)
         return Verdict(ahead, True, True, reason)

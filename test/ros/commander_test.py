@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""Main path, refusals, stop, command line, and faults: silent perception, a lost server, something in the way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+import xmlrpc.client
+
+import rosnode
+import rospy
+import rostest
+from yarm.msg import CommanderStatus, Contacts
+from yarm.srv import SpawnObstacles, SpawnObstaclesRequest, StateChange, StateChangeRequest
+
+from yarm.ros import names
+
+LIMIT_S = 90.0
+FAR = (-1.9, 1.65)
+
+
+class CommanderTest(unittest.TestCase):
+    """The tests build on each other, in the order of their names."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.condition = threading.Condition()
+        cls.status, cls.failures = CommanderStatus(), []
+        cls.reasons = set()
+        rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, cls.on_status, queue_size=100)
+        rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
+        for service in (names.COMMANDER_STATE, names.SPAWN_OBSTACLES, names.DELETE_OBSTACLES):
+            rospy.wait_for_service(service, timeout=60.0)
+        cls.change = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
+        cls.spawn = rospy.ServiceProxy(names.SPAWN_OBSTACLES, SpawnObstacles)
+        cls.delete = rospy.ServiceProxy(names.DELETE_OBSTACLES, SpawnObstacles)
+
+    @classmethod
+    def on_status(cls, message):
+        with cls.condition:
+            cls.status = message
+            cls.reasons |= {message.reason} | {task.reason for task in message.tasks}
+            cls.condition.notify_all()
+
+    @classmethod
+    def on_contacts(cls, message):
+        with cls.condition:
+            cls.failures += [f"{c.body_a} / {c.body_b}" for c in message.contacts if c.kind == "failure"]
+
+    def tearDown(self):
+        with self.condition:
+            self.assertEqual(self.failures, [])
+
+    def wait(self, ready, what, limit_s=LIMIT_S):
+        deadline = time.monotonic() + limit_s
+        with self.condition:
+            while not ready():
+                left = deadline - time.monotonic()
+                self.assertGreater(left, 0.0, f"no {what} within {limit_s} s: {self.status}; reasons: {self.reasons}")
+                self.condition.wait(min(left, 0.5))
+
+    def ask(self, **fields):
+        with self.condition:
+            self.reasons.clear()
+        return self.change(StateChangeRequest(**fields))
+
+    def enter(self, state, **fields):
+        answer = self.ask(**fields)
+        self.assertTrue(answer.success, answer.message)
+        self.wait(lambda: self.status.state == state, f"state {state}")
+
+    def ended(self, outcome="succeeded"):
+        self.wait(lambda: not self.status.busy and self.status.outcome != "", "end of the work")
+        self.assertEqual(self.status.outcome, outcome, self.status)
+
+    def put(self, name, kind, x, y, z=0.89, shape=()):
+        answer = self.spawn(SpawnObstaclesRequest(name=name, type=kind, x=x, y=y, z=z, shape=list(shape)))
+        self.assertTrue(answer.success, answer.message)
+
+    def moving(self):
+        return any(task.status == "moving" for task in self.status.tasks)
+
+    def said(self, words):
+        return lambda: any(words in reason for reason in self.reasons)
+
+    def go(self, name, at):
+        """A new target, and the robot on its way to it."""
+        self.put(name, "Target", *at)
+        fields = {"current_state": True} if self.status.state == 5 else {"jump_state": 5}
+        self.enter(CommanderStatus.BOUNDLESS, **fields)
+        self.wait(self.moving, "robot on its way")
+
+    def test_1_refusals_name_the_state_and_what_it_accepts(self):
+        for fields in ({}, {"next_state": True, "jump_state": 4}):
+            answer = self.ask(**fields)
+            self.assertFalse(answer.success)
+            self.assertIn("exactly one field", answer.message)
+            self.assertIn("IDLE accepts", answer.message)
+
+    def test_2_main_path(self):
+        self.enter(CommanderStatus.STARTED, current_state=True)
+        answer = self.ask(jump_state=5)
+        self.assertFalse(answer.success)
+        self.assertIn("STARTED accepts: current_state (-> STARTED), next_state (-> CALIBRATION)", answer.message)
+        self.enter(CommanderStatus.CALIBRATION, next_state=True)
+        self.assertFalse(self.ask(next_state=True).success)
+        self.ended()
+        self.enter(CommanderStatus.MENU, next_state=True)
+        self.go("target_1", FAR)
+        self.assertIn("busy", self.ask(next_state=True).message)
+        self.ended()
+
+    def test_3_stop_from_the_command_line_then_run_again(self):
+        self.go("target_2", (0.65, 1.65))
+        cli = ["rosrun", "yarm", "commander_cli"]
+        script = os.path.join(os.environ["YARM_ROOT"], "scripts", "commander_cli")
+        if os.path.exists(script):
+            cli = [sys.executable, script]
+        self.assertEqual(subprocess.run([*cli, "stop", "--timeout", "60"], timeout=90, check=False).returncode, 0)
+        self.wait(lambda: self.status.state == 3 and not self.status.busy, "stop")
+        self.assertEqual(self.status.outcome, "stopped")
+        run = subprocess.run(
+            [*cli, "run", "--mode", "boundless", "--timeout", "80"],
+            timeout=90,
+            check=False,
+            capture_output=True,
+            text=True,
+        )
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        self.assertIn("target_2 (Target): reached", run.stdout)
+
+    def test_4_a_thing_dropped_on_the_path_is_driven_round_or_waited_for(self):
+        self.go("target_3", FAR)
+        self.put("box_1", "Obstacle", -0.95, 1.65, 0.9, (0.1, 0.3, 0.3))
+        self.wait(
+            lambda: self.said("box_1")() or self.said("way")() or not self.status.busy, "a word on what is in the way"
+        )
+        self.assertTrue(self.delete(SpawnObstaclesRequest(name="box_1")).success)
+        self.ended()
+
+    def test_5_silent_perception(self):
+        self.go("target_4", (0.65, 1.65))
+        pid = self.pid_of("perception")
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            self.wait(self.said("no new planning_metadata for more than 1 s"), "fault", 30.0)
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        self.ended()
+
+    def test_6_a_lost_action_server_and_back(self):
+        self.go("target_5", FAR)
+        rosnode.kill_nodes(["/multi_robot_controls_server"])
+        self.wait(self.said("the action server of ankurbot_1 is lost"), "fault", 30.0)
+        again = subprocess.Popen(
+            [sys.executable, os.path.join(os.environ["YARM_ROOT"], "scripts", "multi_robot_controls_server")]
+        )
+        try:
+            self.ended()
+            self.enter(CommanderStatus.CLEANUP, next_state=True)
+            self.ended()
+        finally:
+            again.terminate()
+            again.wait(20.0)
+        self.enter(CommanderStatus.IDLE, next_state=True)
+
+    def pid_of(self, node):
+        uri = rosnode.get_api_uri(rospy.get_master(), "/" + node)
+        return xmlrpc.client.ServerProxy(uri).getPid("/commander_test")[2]
+
+
+if __name__ == "__main__":
+    rospy.init_node("commander_test")
+    rostest.rosrun("yarm", "commander_test", CommanderTest, sys.argv)

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""Robots are sent at the table and at each other, past the Commander; ground truth must see no contact."""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from actionlib import SimpleActionClient
+from actionlib_msgs.msg import GoalStatus
+from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, SafetyStatus
+
+from yarm.ros import names
+from yarm.ros.conversions import pose_message
+
+LIMIT = rospy.Duration(30.0)
+HEIGHT_M = 0.89
+
+
+class SafetyTest(unittest.TestCase):
+    """Each wrong command ends in a stop, with a reason, and the robot may leave afterwards."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.lock = threading.Lock()
+        cls.failures, cls.reasons, cls.held = [], [], True
+        rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
+        rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, cls.on_safety, queue_size=100)
+        cls.clients = {}
+        for robot in ("ankurbot_1", "ankurbot_2"):
+            cls.clients[robot] = SimpleActionClient(names.move_robot(robot), MoveRobotAction)
+            assert cls.clients[robot].wait_for_server(rospy.Duration(60.0))
+        rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=60.0)
+
+    @classmethod
+    def on_contacts(cls, message):
+        with cls.lock:
+            cls.failures += [f"{c.body_a} {c.link_a} / {c.body_b}" for c in message.contacts if c.kind == "failure"]
+
+    @classmethod
+    def on_safety(cls, message):
+        with cls.lock:
+            cls.held = any(message.stopped)
+            cls.reasons += [message.reason] if cls.held else []
+
+    def send(self, robot, x, y, yaw_deg):
+        deadline = time.monotonic() + 20.0
+        while self.held and time.monotonic() < deadline:
+            rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=10.0)
+        with self.lock:
+            self.reasons.clear()
+        goal = MoveRobotGoal(target=pose_message(x, y, HEIGHT_M, math.radians(yaw_deg)), action="False")
+        state = self.clients[robot].send_goal_and_wait(goal, LIMIT, rospy.Duration(5.0))
+        deadline = time.monotonic() + 10.0
+        while state == GoalStatus.PREEMPTED and not self.reasons and time.monotonic() < deadline:
+            rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=10.0)
+        with self.lock:
+            reason = self.reasons[-1] if self.reasons else ""
+            self.assertEqual(self.failures, [])
+        return state, reason
+
+    def test_1_a_good_command_is_left_alone(self):
+        state, reason = self.send("ankurbot_1", 0.75, 0.05, 180.0)
+        self.assertEqual((state, reason), (GoalStatus.SUCCEEDED, ""))
+
+    def test_2_body_into_the_table_is_stopped(self):
+        state, reason = self.send("ankurbot_1", -0.90, 0.05, 180.0)
+        self.assertEqual(state, GoalStatus.PREEMPTED)
+        self.assertIn("ankurbot_1 on its step to (-0.90, 0.05", reason)
+        self.assertIn("of table", reason)
+
+    def test_3_and_it_may_go_back(self):
+        state, reason = self.send("ankurbot_1", 0.75, 0.05, 180.0)
+        self.assertEqual((state, reason), (GoalStatus.SUCCEEDED, ""))
+
+    def test_4_a_turn_into_the_other_robot_is_stopped(self):
+        state, _ = self.send("ankurbot_2", 0.75, 0.85, 180.0)
+        self.assertIn(state, (GoalStatus.SUCCEEDED, GoalStatus.PREEMPTED))
+        state, reason = self.send("ankurbot_2", 0.75, 0.05, 180.0)
+        self.assertEqual(state, GoalStatus.PREEMPTED)
+        self.assertIn("ankurbot_2 on its step", reason)
+        self.assertIn("of ankurbot_1", reason)
+
+
+if __name__ == "__main__":
+    rospy.init_node("safety_test")
+    rostest.rosrun("yarm", "safety_test", SafetyTest, sys.argv)
