@@ -159,6 +159,7 @@ void sweep(const char* name, double value, const yarm::test::Scene& scene, int c
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
   const int sets = argc > 1 ? std::max(10, std::atoi(argv[1])) : 200;
   const yarm::test::Scene scene = yarm::test::standardCell(2, 2);
   pc::MergeParams fine;

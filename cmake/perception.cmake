@@ -44,6 +44,14 @@ if(CATKIN_ENABLE_TESTING)
   target_compile_options(yarm_scene_factory PRIVATE -O3 -Wall -Wextra -Wpedantic)
   target_link_libraries(yarm_scene_factory PUBLIC yarm_perception)
 
+  set_target_properties(yarm_scene_factory PROPERTIES POSITION_INDEPENDENT_CODE ON)
+
+  # The same from Python (test/support/perception_chain.py).
+  add_library(yarm_scene_factory_c SHARED EXCLUDE_FROM_ALL test/support/scene_factory_c.cpp)
+  target_compile_options(yarm_scene_factory_c PRIVATE -O3 -Wall -Wextra -Wpedantic)
+  target_link_libraries(yarm_scene_factory_c PRIVATE yarm_scene_factory)
+  add_dependencies(tests yarm_scene_factory_c)
+
   catkin_add_gtest(perception_merge_test test/cpp/perception_merge_test.cpp)
   target_include_directories(perception_merge_test SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(perception_merge_test yarm_scene_factory ${PCL_LIBRARIES} gtest_main)

@@ -13,6 +13,8 @@ constexpr float kSite = 0.1F;          // edge of a site of the index, metres
 constexpr float kLargestMargin = 0.12F;  // no surface explains a point farther away, metres
 constexpr float kHiddenFace = 4.F;     // added cost of a face that looks away from the camera
 constexpr float kAwayCosine = 0.05F;
+constexpr std::int32_t kNone = -1;
+constexpr std::int32_t kMany = -2;
 constexpr float kLookBack = 0.3F;      // rays are followed from this far before a point, metres
 }  // namespace
 
@@ -70,8 +72,13 @@ void SceneModel::forSites(const Piece& piece, Visit visit) const {
 void SceneModel::index() {
   const auto sites = static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
   begin_.assign(sites + 1, 0);
+  sole_.assign(sites, kNone);
+  hint_ = 0;
   for (const Piece& piece : pieces_) {
-    forSites(piece, [&](std::size_t site) { ++begin_[site + 1]; });
+    forSites(piece, [&](std::size_t site) {
+      ++begin_[site + 1];
+      sole_[site] = sole_[site] == kNone || sole_[site] == piece.object ? piece.object : kMany;
+    });
   }
   for (std::size_t s = 0; s < sites; ++s) {
     begin_[s + 1] += begin_[s];
@@ -141,10 +148,25 @@ std::size_t SceneModel::likeliest(const MergedPoint& point) const {
   return best;
 }
 
+bool SceneModel::hinted(const MergedPoint& point, int sole, Explanation& out) const {
+  const Piece& piece = pieces_[static_cast<std::size_t>(hint_)];
+  SurfaceDistance s;
+  if (piece.object != sole || !isNear(piece, point, s) || std::abs(s.distance) > tolerance_) {
+    return false;
+  }
+  out = {hint_, sole, s.distance, piece.R_solid_world.transpose() * s.normal};
+  return true;
+}
+
 Explanation SceneModel::explain(const MergedPoint& point) const {
+  const auto site = static_cast<std::size_t>(siteOf(point.x, point.y, point.z));
+  Explanation quick;
+  // Neighbouring pixels mostly see the same solid; where nothing else is near, the first that fits will do.
+  if (sole_[site] >= 0 && hinted(point, sole_[site], quick)) {
+    return quick;
+  }
   candidates_.clear();
   bool several = false;
-  const auto site = static_cast<std::size_t>(siteOf(point.x, point.y, point.z));
   for (std::int32_t e = begin_[site]; e < begin_[site + 1]; ++e) {
     const std::int32_t i = list_[static_cast<std::size_t>(e)];
     SurfaceDistance surface;
@@ -159,6 +181,7 @@ Explanation SceneModel::explain(const MergedPoint& point) const {
   std::size_t chosen = several ? firstMet(point) : nearestCandidate();
   chosen = chosen < candidates_.size() ? chosen : likeliest(point);
   const Candidate& best = candidates_[chosen];
+  hint_ = best.piece;
   const Piece& piece = pieces_[static_cast<std::size_t>(best.piece)];
   return {best.piece, piece.object, best.surface.distance, piece.R_solid_world.transpose() * best.surface.normal};
 }

@@ -68,6 +68,7 @@ class SceneModel {
   };
   [[nodiscard]] Range sitesOf(const Piece& piece) const;
   [[nodiscard]] int siteOf(float x, float y, float z) const;
+  [[nodiscard]] bool hinted(const MergedPoint& point, int sole, Explanation& out) const;
   template <typename Visit>
   void forSites(const Piece& piece, Visit visit) const;
 
@@ -80,6 +81,8 @@ class SceneModel {
   std::vector<Piece> pieces_;
   std::vector<std::int32_t> begin_;     // first entry of each site in list_
   std::vector<std::int32_t> list_;      // solids near each site
+  std::vector<std::int32_t> sole_;      // the one object near each site, or kMany
+  mutable std::int32_t hint_{0};        // solid that explained the previous point
   mutable std::vector<Candidate> candidates_;
 };
 

@@ -177,7 +177,7 @@ TEST(Map, VisibleCellsAreMarkedAndEmptyOnesAreNot) {
   for (const Sequence& sequence : scoredSequences()) {
     AssociationRun run("yarm", seed++);
     run.run(sequence, [&](const Scene& scene, const ScoredSet& set) {
-      if (set.calibrating || set.k % 6 != 2) {
+      if (set.calibrating || set.k % 12 != 6) {
         return;
       }
       const MapScore score = scoreMap(scene, set);

@@ -1,0 +1,179 @@
+"""The C++ scene factory and the C++ perception chain from Python: camera sets in, map out, no ROS between."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from typing import Dict, List, Sequence, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from support.launched import BUILD
+
+CAMERAS, EDGE = 4, 320
+SHAPES = {"box": 0, "sphere": 1, "cylinder": 2, "capsule": 3}
+GRID = (50, 50, 20)
+
+
+def _library() -> ctypes.CDLL:
+    library = ctypes.CDLL(str(BUILD / "devel" / "lib" / "libyarm_scene_factory_c.so"))
+    for name in ("yarm_chain_new", "yarm_factory_new"):
+        getattr(library, name).restype = ctypes.c_void_p
+    library.yarm_chain_name.restype = ctypes.c_char_p
+    return library
+
+
+def _pointer(array: npt.NDArray[np.generic]) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def _pose(matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    return np.ascontiguousarray(matrix, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class SyntheticSet:
+    """One camera set with its truth.
+
+    Attributes:
+        clouds: (4, 320, 320, 4) float32: x, y, z, rgb, metres, optical frames; NaN where nothing is in range.
+        truth: (4, 320, 320) index into bodies, -1 floor, -2 nothing.
+        poses: (4, 4, 4) T_world_camera.
+        bodies: names.
+    """
+
+    clouds: npt.NDArray[np.float32]
+    truth: npt.NDArray[np.int16]
+    poses: npt.NDArray[np.float64]
+    bodies: Tuple[str, ...]
+
+
+class SceneFactory:
+    """Seeded synthetic sets of the standard cell."""
+
+    def __init__(self, seed: int, noise: float = 1.0) -> None:
+        """Make one; ``noise`` is a multiple of the Kinect's."""
+        self._library = _library()
+        self._handle = ctypes.c_void_p(self._library.yarm_factory_new(ctypes.c_ulonglong(seed), ctypes.c_double(noise)))
+
+    def render(self, robots: int, debris: int) -> SyntheticSet:
+        """The cell as it starts, with up to 3 robots and 3 debris."""
+        clouds = np.empty((CAMERAS, EDGE, EDGE, 4), np.float32)
+        truth = np.empty((CAMERAS, EDGE, EDGE), np.int16)
+        poses = np.empty((CAMERAS, 4, 4), np.float64)
+        self._library.yarm_factory_render(
+            self._handle, robots, debris, _pointer(clouds), _pointer(truth), _pointer(poses)
+        )
+        bodies = ["table", "stand", "hc10_barc"]
+        bodies += [f"ankurbot_{i + 1}" for i in range(robots)] + [f"debris_{i + 1}" for i in range(debris)]
+        return SyntheticSet(clouds, truth, poses, tuple(bodies))
+
+    def close(self) -> None:
+        """Free it."""
+        self._library.yarm_factory_free(self._handle)
+
+
+@dataclass(frozen=True)
+class KnownSolid:
+    """A known solid: shape name, size as C++ ``Solid`` has it, its tf frame and pose (4, 4) there."""
+
+    shape: str
+    size: Tuple[float, float, float]
+    frame: str
+    T_frame_solid: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class KnownBody:
+    """A registered object: name, kind, whether static, seed frame, link frames and known solids."""
+
+    name: str
+    kind: str
+    static: bool
+    seed_frame: str
+    link_frames: Tuple[str, ...]
+    solids: Tuple[KnownSolid, ...]
+
+
+@dataclass(frozen=True)
+class ChainMap:
+    """The map of one set: grid (50, 50, 20) of 0, 1, 2 and the cells (n, 3) of each object by name."""
+
+    grid: npt.NDArray[np.int8]
+    cells: Dict[str, npt.NDArray[np.int64]]
+
+
+class PerceptionChain:
+    """Merge, association and grid, as the nodes run them."""
+
+    def __init__(self, backend: str = "fused", associator: str = "yarm") -> None:
+        """Make one."""
+        self._library = _library()
+        handle = self._library.yarm_chain_new(backend.encode(), associator.encode())
+        if not handle:
+            raise ValueError(f"backend {backend!r} or associator {associator!r} is not known")
+        self._handle = ctypes.c_void_p(handle)
+
+    def close(self) -> None:
+        """Free it."""
+        self._library.yarm_chain_free(self._handle)
+
+    def process(
+        self,
+        clouds: Sequence[npt.NDArray[np.generic]],
+        camera_poses: Sequence[npt.ArrayLike],
+        bodies: Sequence[KnownBody],
+        frames: Dict[str, npt.ArrayLike],
+        calibrating: bool,
+        stamp_ns: int = 0,
+    ) -> ChainMap:
+        """One set.
+
+        Args:
+            clouds: organised (h, w) clouds of 16-byte points.
+            camera_poses: T_world_camera (4, 4) of each.
+            bodies: registered objects.
+            frames: T_world_frame (4, 4) of their frames.
+            calibrating: whether the Commander calibrates.
+            stamp_ns: capture time.
+        """
+        library, handle = self._library, self._handle
+        kept = [np.ascontiguousarray(cloud) for cloud in clouds]
+        library.yarm_chain_begin(handle)
+        for cloud, pose in zip(kept, map(_pose, camera_poses)):
+            size = cloud.shape[1], cloud.shape[0]
+            library.yarm_chain_cloud(handle, _pointer(cloud), *size, _pointer(pose), ctypes.c_longlong(stamp_ns))
+        for body in bodies:
+            self._add(body, frames)
+        count = library.yarm_chain_run(handle, int(calibrating))
+        grid = np.empty(GRID, np.int8)
+        library.yarm_chain_grid(handle, _pointer(grid))
+        cells = {library.yarm_chain_name(handle, i).decode(): self._cells(i) for i in range(count)}
+        return ChainMap(grid, cells)
+
+    def owners(self) -> List[int]:
+        """Owner of each point of the last set: index of the object in the map, -1 nobody."""
+        owners = np.empty(self._library.yarm_chain_points(self._handle), np.int32)
+        self._library.yarm_chain_owners(self._handle, _pointer(owners))
+        return [int(owner) for owner in owners]
+
+    def _add(self, body: KnownBody, frames: Dict[str, npt.ArrayLike]) -> None:
+        library, handle, name = self._library, self._handle, body.name.encode()
+        seed = _pose(frames[body.seed_frame])
+        if not library.yarm_chain_object(
+            handle, name, body.kind.encode(), int(body.static), body.seed_frame.encode(), _pointer(seed)
+        ):
+            raise ValueError(f"{body.name}: kind {body.kind!r} is not known")
+        for frame in body.link_frames:
+            library.yarm_chain_link(handle, name, frame.encode(), _pointer(_pose(frames[frame])))
+        for solid in body.solids:
+            size, pose = np.array(solid.size, np.float64), _pose(solid.T_frame_solid)
+            library.yarm_chain_solid(
+                handle, name, solid.frame.encode(), SHAPES[solid.shape], _pointer(size), _pointer(pose)
+            )
+
+    def _cells(self, index: int) -> npt.NDArray[np.int64]:
+        flat = np.empty(int(np.prod(GRID)), np.int32)
+        count = self._library.yarm_chain_cells(self._handle, index, _pointer(flat), flat.size)
+        return np.stack(np.unravel_index(flat[:count], GRID), axis=-1)

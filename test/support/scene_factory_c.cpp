@@ -1,0 +1,170 @@
+// The scene factory and the perception chain for Python, by ctypes: see perception_chain.py.
+#include "scene_factory.hpp"
+
+#include "yarm/perception/association.hpp"
+#include "yarm/perception/merge.hpp"
+#include "yarm/perception/occupancy.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <string>
+
+namespace {
+
+namespace pc = yarm::perception;
+
+Eigen::Isometry3d poseOf(const double* row_major) {
+  Eigen::Isometry3d T;
+  T.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(row_major);
+  return T;
+}
+
+/// Merge, association and grid behind one handle.
+struct Chain {
+  Chain(const char* backend, const char* associator)
+      : merge(pc::makeBackend(backend, {}, {})), association(pc::makeAssociator(associator, {})), builder(pc::GridSpec{}) {}
+
+  std::unique_ptr<pc::MergeBackend> merge;
+  std::unique_ptr<pc::Associator> association;
+  pc::OccupancyBuilder builder;
+  pc::MergedSet set;
+  std::vector<pc::Seed> seeds;
+  pc::Knowledge knowledge;
+  pc::LinkPoses links;
+  std::vector<pc::CameraCloud> clouds;
+  const pc::AssociatedSet* result{nullptr};
+  const pc::OccupancyGrid* grid{nullptr};
+};
+
+}  // namespace
+
+extern "C" {
+
+/// A chain, or null when a name is not known.
+void* yarm_chain_new(const char* backend, const char* associator) {
+  try {
+    return std::make_unique<Chain>(backend, associator).release();
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+void yarm_chain_free(void* chain) { const std::unique_ptr<Chain> owned(static_cast<Chain*>(chain)); }
+
+/// Starts a set: forgets clouds, seeds, shapes and poses of the set before.
+void yarm_chain_begin(void* chain) {
+  auto* c = static_cast<Chain*>(chain);
+  c->clouds.clear();
+  c->seeds.clear();
+  c->knowledge.clear();
+  c->links.clear();
+}
+
+/// Adds a camera: 16-byte points in its optical frame; T_world_camera is row-major 4 x 4. The data must live until _run.
+void yarm_chain_cloud(void* chain, const void* data, int width, int height, const double* T_world_camera, long long stamp_ns) {
+  pc::CameraCloud cloud;
+  cloud.data = static_cast<const std::uint8_t*>(data);
+  cloud.width = static_cast<std::size_t>(width);
+  cloud.height = static_cast<std::size_t>(height);
+  cloud.T_world_camera = poseOf(T_world_camera).cast<float>();
+  cloud.stamp_ns = stamp_ns;
+  static_cast<Chain*>(chain)->clouds.push_back(cloud);
+}
+
+/// Adds an object; returns 0 when its kind is not known.
+int yarm_chain_object(void* chain, const char* name, const char* kind, int is_static, const char* seed_frame,
+                      const double* T_world_seed) {
+  auto* c = static_cast<Chain*>(chain);
+  pc::Seed seed{name, pc::ObjectKind::kObstacle, is_static != 0, poseOf(T_world_seed), 0};
+  if (!pc::fromString(kind, seed.object)) {
+    return 0;
+  }
+  c->seeds.push_back(seed);
+  c->knowledge[name].seed_frame = seed_frame;
+  return 1;
+}
+
+/// Adds a frame of an object with its pose.
+void yarm_chain_link(void* chain, const char* name, const char* frame, const double* T_world_frame) {
+  auto* c = static_cast<Chain*>(chain);
+  c->knowledge[name].link_frames.emplace_back(frame);
+  c->links[frame] = poseOf(T_world_frame);
+}
+
+/// Adds a known solid: shape 0 box, 1 sphere, 2 cylinder, 3 capsule; size as in Solid.
+void yarm_chain_solid(void* chain, const char* name, const char* frame, int shape, const double* size,
+                      const double* T_frame_solid) {
+  pc::Solid solid;
+  solid.shape = static_cast<pc::Solid::Shape>(shape);
+  solid.size = Eigen::Vector3d(size[0], size[1], size[2]);
+  solid.T_frame_solid = poseOf(T_frame_solid);
+  solid.frame = frame;
+  static_cast<Chain*>(chain)->knowledge[name].solids.push_back(solid);
+}
+
+/// Processes the set; returns the number of objects in the map.
+int yarm_chain_run(void* chain, int calibrating) {
+  auto* c = static_cast<Chain*>(chain);
+  c->merge->merge(c->clouds, c->set);
+  c->merge->cluster(c->set);
+  c->result = &c->association->associate({&c->set, &c->seeds, &c->knowledge, &c->links, calibrating != 0});
+  c->grid = &c->builder.build(*c->result);
+  return static_cast<int>(c->result->objects.size());
+}
+
+/// Copies the grid, 50 * 50 * 20 values.
+void yarm_chain_grid(void* chain, signed char* out) {
+  const auto& cells = static_cast<Chain*>(chain)->grid->cells;
+  std::copy(cells.begin(), cells.end(), out);
+}
+
+/// Name of an object of the map; valid until the next run.
+const char* yarm_chain_name(void* chain, int object) {
+  return static_cast<Chain*>(chain)->result->objects[static_cast<std::size_t>(object)].name.c_str();
+}
+
+/// Copies up to `capacity` cells of an object; returns how many it has.
+int yarm_chain_cells(void* chain, int object, int* out, int capacity) {
+  const auto& cells = static_cast<Chain*>(chain)->grid->object_cells[static_cast<std::size_t>(object)];
+  std::copy_n(cells.begin(), std::min<std::size_t>(cells.size(), static_cast<std::size_t>(capacity)), out);
+  return static_cast<int>(cells.size());
+}
+
+/// Number of points in the box.
+int yarm_chain_points(void* chain) { return static_cast<int>(static_cast<Chain*>(chain)->set.points.size()); }
+
+/// Copies the owner of each point: index of the object, -1 nobody.
+void yarm_chain_owners(void* chain, int* out) {
+  auto* c = static_cast<Chain*>(chain);
+  std::fill_n(out, c->set.points.size(), -1);
+  for (std::size_t o = 0; o < c->result->objects.size(); ++o) {
+    for (const std::uint32_t i : c->result->objects[o].source) {
+      out[i] = static_cast<int>(o);
+    }
+  }
+}
+
+/// A synthetic cell: renders the standard cell with its truth. Returns a handle.
+void* yarm_factory_new(unsigned long long seed, double noise) {
+  return std::make_unique<yarm::test::SceneFactory>(seed, noise).release();
+}
+
+void yarm_factory_free(void* factory) {
+  const std::unique_ptr<yarm::test::SceneFactory> owned(static_cast<yarm::test::SceneFactory*>(factory));
+}
+
+/// Renders the cell with so many robots and debris into arrays of 4 cameras x 102400 pixels: points (4 floats each), truth
+/// (index of the body, -1 floor, -2 nothing) and poses (row-major 4 x 4). Body order: table, stand, hc10_barc, robots, debris.
+void yarm_factory_render(void* factory, int robots, int debris, float* points, short* truth, double* poses) {
+  const yarm::test::Scene scene = yarm::test::standardCell(robots, debris);
+  for (const yarm::test::Render& r : static_cast<yarm::test::SceneFactory*>(factory)->render(scene)) {
+    points = std::copy(r.data.begin(), r.data.end(), points);
+    truth = std::copy(r.truth.begin(), r.truth.end(), truth);
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T = r.T_world_camera.matrix().cast<double>();
+    poses = std::copy_n(T.data(), 16, poses);
+  }
+}
+
+}  // extern "C"
