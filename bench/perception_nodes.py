@@ -19,7 +19,6 @@ import struct
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
 from typing import Any, Dict, Iterator, List
@@ -27,9 +26,10 @@ from typing import Any, Dict, Iterator, List
 import psutil
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "test"))
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
 PORT = 11399
-RECORD_RATE = 0.25
+RECORD_LIMIT_S = 300.0
 CASES = [
     ("fused", True, False),
     ("fused", True, True),
@@ -69,61 +69,26 @@ def busy_core(wanted: bool) -> Iterator[None]:
 
 
 def record(path: Path, scene: str, sets: int) -> None:
-    """Write camera sets of a running simulation, as they come over the wire."""
+    """Write camera sets of a simulation in lock-step, as they come over the wire."""
     import rospy  # noqa: PLC0415
-    from geometry_msgs.msg import Twist  # noqa: PLC0415
-    from rospy.msg import AnyMsg  # noqa: PLC0415
-    from tf2_msgs.msg import TFMessage  # noqa: PLC0415
 
-    from yarm.ros import names  # noqa: PLC0415
+    from support import golden, recorder  # noqa: PLC0415
 
-    rospy.init_node("perception_nodes_record", disable_signals=True)
-    lock = threading.Lock()
-    latest: Dict[str, bytes] = {}
-    clouds: Dict[bytes, Dict[int, bytes]] = {}
-    frames: Dict[bytes, bytes] = {}
-    whole: List[bytes] = []
-
-    def on_tf(message: Any) -> None:
-        stamp = TFMessage().deserialize(message._buff).transforms[0].header.stamp
-        frames[struct.pack("<II", stamp.secs, stamp.nsecs)] = message._buff
-
-    def on_cloud(message: Any, camera: int) -> None:
-        stamp = message._buff[4:12]
-        with lock:
-            clouds.setdefault(stamp, {})[camera] = message._buff
-            if len(clouds[stamp]) == 4 and stamp in frames and len(whole) < sets:
-                parts = [frames[stamp], *(clouds.pop(stamp)[c] for c in range(1, 5))]
-                whole.append(b"".join(struct.pack("<I", len(part)) + part for part in parts))
-
-    rospy.Subscriber("/tf", AnyMsg, on_tf)
-    rospy.Subscriber("/tf_static", AnyMsg, lambda m: latest.__setitem__("fixed", m._buff))
-    rospy.Subscriber(names.OBJECT_REGISTRY, AnyMsg, lambda m: latest.__setitem__("registry", m._buff))
-    for camera in range(1, 5):
-        rospy.Subscriber(names.camera_points(camera), AnyMsg, on_cloud, camera, buff_size=1 << 24)
-    drive = rospy.Publisher(names.cmd_vel("ankurbot_1"), Twist, queue_size=1)
-    end = time.monotonic() + 240.0
-    while len(whole) < sets:
-        if time.monotonic() > end:
-            raise TimeoutError(f"only {len(whole)} of {sets} whole sets of {scene} came within 240 s")
-        command = Twist()
-        command.linear.x = 0.3
-        drive.publish(command)
-        time.sleep(0.1)
+    rospy.init_node(recorder.NODE, disable_signals=True)
+    whole: List[Any] = []
+    recording = recorder.Recorder(whole.append)
+    with launched(recorder.command(scene), path.with_suffix(".log")):
+        end = time.monotonic() + RECORD_LIMIT_S
+        while len(whole) < sets:
+            if time.monotonic() > end:
+                raise TimeoutError(f"only {len(whole)} of {sets} sets of {scene} came within {RECORD_LIMIT_S:.0f} s")
+            time.sleep(0.1)
+    parts = [golden.to_bytes(recording.fixed_frames), whole[0].registry]
+    for taken in whole[:sets]:
+        parts += [taken.frames, *taken.clouds]
     with path.open("wb") as file:
-        file.write(struct.pack("<II", len(whole), 4))
-        for name in ("fixed", "registry"):
-            file.write(struct.pack("<I", len(latest[name])) + latest[name])
-        file.writelines(whole)
-
-
-def record_in_child(path: Path, scene: str, sets: int, folder: Path) -> None:
-    """Start the simulation, record, stop it."""
-    command = ["roslaunch", "yarm", "simulation.launch", f"scene:={scene}", f"real_time_factor:={RECORD_RATE}"]
-    with launched(command, folder / "simulation.log"):
-        subprocess.run(
-            [sys.executable, __file__, "--record", str(path), "--scene", scene, "--record-sets", str(sets)], check=True
-        )
+        file.write(struct.pack("<II", sets, len(whole[0].clouds)))
+        file.writelines(struct.pack("<I", len(part)) + part for part in parts)
 
 
 def usage(processes: List[psutil.Process]) -> Dict[str, float]:
@@ -207,7 +172,9 @@ def main() -> None:
             subprocess.run(["rosparam", "set", "/use_sim_time", "true"], check=True)
             recording = options.recording or folder / "sets.bin"
             if not recording.is_file():
-                record_in_child(recording, options.scene, options.record_sets, folder)
+                arguments = ["--record", str(recording), "--scene", options.scene]
+                arguments += ["--record-sets", str(options.record_sets)]
+                subprocess.run([sys.executable, __file__, *arguments], check=True)
             print(
                 f"{'':6} {'':9} {'':13}  p50 ms  p99 ms  max ms  dropped        CPU ms/set faults/set  load", flush=True
             )

@@ -15,8 +15,8 @@ from sensor_msgs.msg import PointCloud2, PointField
 from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import Int8
 from tf2_msgs.msg import TFMessage
-
 from yarm.msg import MapMetaData, ObjectRegistry, RegisteredObject
+
 from yarm.ros import names
 
 SET_S = 1.0 / 30.0

@@ -4,20 +4,23 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 import time
 import unittest
+from pathlib import Path
 
 import numpy as np
 import rospy
 import rostest
 from geometry_msgs.msg import Pose
 from perception_cell import CAMERAS, Cell, Thing
-
-from yarm.ros import names
 from yarm.srv import PredictNewState
 
+from yarm.ros import names
+
+MERGE_CLOUDS = str(Path(os.environ["CMAKE_PREFIX_PATH"].split(os.pathsep)[0]) / "lib" / "yarm" / "merge_clouds")
 CAMERA_HEALTH = "merge_clouds: cameras"
 ASSOC_HEALTH = "cluster_assoc: inputs"
 TABLE = ("table", "Obstacle", "static", (0.9, 1.2, 0.7), (0.0, 0.0, 0.35))

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""The golden recording gives the metadata it must, with nodelets, standalone nodes and the pcl back end alike.
+
+``rostest yarm perception_golden.test write:=--write-golden`` keeps what is found as what must be found from now on.
+"""
+
+from __future__ import annotations
+
+import sys
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from perception_player import Player
+from yarm.msg import MapMetaData
+
+from support import golden
+
+SPACES = ("nodelets", "standalone", "pcl")
+WRITE = "--write-golden" in sys.argv
+
+
+class GoldenTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.recording = golden.load()
+        cls.found = dict(zip(SPACES, Player(cls.recording, SPACES).play()))
+        if WRITE:
+            cls.recording = golden.with_metadata(cls.recording, [golden.to_bytes(m) for m in cls.found[SPACES[0]]])
+            golden.save(cls.recording)
+
+    def test_every_set_gives_the_metadata_kept_with_it(self):
+        for golden_set, got in zip(self.recording.sets, self.found["nodelets"]):
+            expected = golden.from_bytes(MapMetaData, golden_set.metadata)
+            self.assertEqual(golden.differences(expected, got), [], f"set of {golden_set.stamp_ns}")
+
+    def test_standalone_nodes_say_the_same_to_the_byte(self):
+        for nodelets, standalone in zip(self.found["nodelets"], self.found["standalone"]):
+            standalone.header.seq = nodelets.header.seq
+            self.assertEqual(golden.to_bytes(standalone), golden.to_bytes(nodelets))
+
+    def test_the_pcl_back_end_gives_the_same_map(self):
+        for fused, pcl in zip(self.found["nodelets"], self.found["pcl"]):
+            self.assertEqual(golden.differences(fused, pcl), [])
+
+    def test_no_cell_is_claimed_twice_while_calibrating(self):
+        for golden_set, got in zip(self.recording.sets, self.found["nodelets"]):
+            if golden_set.calibrating:
+                self.assertEqual(len(got.collisions), 0)
+
+    def test_a_difference_is_noticed(self):
+        got = golden.from_bytes(MapMetaData, golden.to_bytes(self.found["nodelets"][-1]))
+        lost = next(cells for cells in got.grid_indices if cells.indices)
+        lost.indices.pop()
+        self.assertNotEqual(golden.differences(self.found["nodelets"][-1], got), [])
+
+
+if __name__ == "__main__":
+    rospy.init_node("perception_golden_test")
+    rostest.rosrun("yarm", "perception_golden_test", GoldenTest, sys.argv)
