@@ -1,4 +1,4 @@
-#include "yarm/rays/rays.h"
+#include "yarm/rays/rays.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,9 +19,15 @@ struct Vec3 {
   double z = 0.0;
 };
 
-Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vec3 operator*(double s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
-double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vec3 operator+(const Vec3& a, const Vec3& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+Vec3 operator*(double s, const Vec3& a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+double dot(const Vec3& a, const Vec3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 // A point of the ray where it enters a solid: parameter (0 or less: no hit) and the surface's normal, solid's frame.
 struct Hit {
@@ -42,9 +48,7 @@ struct Pose {
   Vec3 turn(const Vec3& v) const { return v.x * x + v.y * y + v.z * z; }
   Vec3 turnBack(const Vec3& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
   Vec3 apply(const Vec3& v) const { return turn(v) + origin; }
-  Pose operator*(const Pose& other) const {
-    return {turn(other.x), turn(other.y), turn(other.z), apply(other.origin)};
-  }
+  Pose operator*(const Pose& other) const { return {turn(other.x), turn(other.y), turn(other.z), apply(other.origin)}; }
 };
 
 Hit hitBox(const Vec3& half, const Vec3& o, const Vec3& d) {

@@ -19,7 +19,7 @@ LIBRARY = "libyarm_rays.so"
 
 
 class _Camera(ctypes.Structure):
-    """YarmCamera of include/yarm/rays/rays.h."""
+    """YarmCamera of include/yarm/rays/rays.hpp."""
 
     _fields_ = (
         ("width", ctypes.c_int32),

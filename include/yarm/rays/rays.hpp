@@ -1,5 +1,5 @@
-#ifndef YARM_RAYS_RAYS_H
-#define YARM_RAYS_RAYS_H
+#ifndef YARM_RAYS_RAYS_HPP
+#define YARM_RAYS_RAYS_HPP
 
 // Ray casting of a depth camera against primitives, called from Python through a C interface (yarm.sim.rays_native).
 // Optical frame: x right, y down, z forward. Rays have z component 1, so a ray's parameter is the depth of its hit.
@@ -26,14 +26,14 @@ void yarmRaysFloor(const YarmCamera* camera, const double* world_from_optical, s
                    float* noise_sigma, std::uint32_t* rgb);
 
 // Puts solids in front of what an image shows already. Only pixels that a solid's projected bounds cover are looked at.
-// optical_from_world: 4 x 4; for each of the n solids its shape, 3 sizes, pose world <- centre 4 x 4 and colour 0x00RRGGBB.
-// depth, noise_sigma and rgb change where a solid is nearer than the depth there.
+// optical_from_world: 4 x 4; for each of the n solids its shape, 3 sizes, pose world <- centre 4 x 4 and colour
+// 0x00RRGGBB. depth, noise_sigma and rgb change where a solid is nearer than the depth there.
 void yarmRaysAdd(const YarmCamera* camera, const double* optical_from_world, std::int32_t n, const std::int32_t* shapes,
                  const double* sizes, const double* world_from_solid, const std::uint32_t* colours, float* depth,
                  float* noise_sigma, std::uint32_t* rgb);
 
-// Writes an image as organised points of x, y, z (float) and rgb, 16 bytes each; z is NaN, and with it x and y, where the
-// noisy depth is out of the camera's range. normals: one standard normal number a pixel, or null for no noise.
+// Writes an image as organised points of x, y, z (float) and rgb, 16 bytes each; z is NaN, and with it x and y, where
+// the noisy depth is out of the camera's range. normals: one standard normal number a pixel, or null for no noise.
 void yarmRaysCloud(const YarmCamera* camera, const float* depth, const float* noise_sigma, const std::uint32_t* rgb,
                    const float* normals, void* points);
 
@@ -42,4 +42,4 @@ float yarmRaysSigma(double depth, double incidence_cosine);
 
 }  // extern "C"
 
-#endif  // YARM_RAYS_RAYS_H
+#endif  // YARM_RAYS_RAYS_HPP
