@@ -192,6 +192,7 @@ class NodeUsage:
         ms_per_frame: processor time over camera sets, ms; NaN without camera sets.
         memory_start_mb: resident memory at the start, MB.
         memory_end_mb: resident memory at the end, MB.
+        memory_middle_mb: resident memory half-way through a soak, MB; NaN outside a soak.
     """
 
     node: str
@@ -199,6 +200,7 @@ class NodeUsage:
     ms_per_frame: float
     memory_start_mb: float
     memory_end_mb: float
+    memory_middle_mb: float = math.nan
 
 
 @dataclass(frozen=True)

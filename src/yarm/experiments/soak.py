@@ -15,6 +15,8 @@ PART_Y_M = (-0.22, 0.22)
 DROP_Z_M = 0.755
 APART_M = 0.30
 TRIES = 200
+RECORDER = "run_experiment"
+"""It keeps every pose for the results, so it must grow."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +73,18 @@ def drops(mission: int, rng: np.random.Generator) -> Tuple[Drop, ...]:
 def judge_soak(
     usage: Sequence[NodeUsage], lost: Sequence[str], rows: Sequence[MissionRow], memory_limit_mb: float
 ) -> Tuple[str, ...]:
-    """What is wrong with a soak besides what is wrong with its missions."""
+    """What is wrong with a soak besides what is wrong with its missions.
+
+    Memory is judged from half-way on: caches are filled by then, so what still grows would go on growing.
+    """
     faults = [f"{node} has ended or was started again" for node in lost]
     for node in usage:
-        grown = node.memory_end_mb - node.memory_start_mb
-        if grown > memory_limit_mb:
-            faults.append(f"{node.node} has grown by {grown:.0f} MB (limit {memory_limit_mb:.0f} MB)")
+        grown = node.memory_end_mb - node.memory_middle_mb
+        if grown > memory_limit_mb and node.node != RECORDER:
+            faults.append(
+                f"{node.node} has grown by {grown:.0f} MB in the second half of the soak "
+                f"(limit {memory_limit_mb:.0f} MB)"
+            )
     if not rows:
         faults.append("no mission was run")
     return tuple(faults)

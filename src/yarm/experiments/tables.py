@@ -54,13 +54,14 @@ def summary_table(record: RunRecord) -> str:
 
 def usage_table(record: RunRecord) -> str:
     """Processor time and memory of each node."""
-    header = ("node", "share of a core", "ms a frame", "MB start", "MB end")
+    header = ("node", "share of a core", "ms a frame", "MB start", "half-way", "end")
     rows = [
         (
             u.node,
             f"{100 * u.cpu_share:.0f} %",
             _number(u.ms_per_frame, 1),
             f"{u.memory_start_mb:.0f}",
+            _number(u.memory_middle_mb, 0),
             f"{u.memory_end_mb:.0f}",
         )
         for u in record.usage

@@ -101,7 +101,8 @@ class MissionDriver:
         mode = MODES[self._params.mode]
         end_s = self.now_s() + limit_s
         while self.now_s() < end_s:
-            self._await_idle(mode, max(0.0, end_s - self.now_s()), "the mission")
+            left_s = max(0.0, end_s - self.now_s())
+            self._await_idle(mode, left_s, f"the mission (limit {limit_s:.0f} s in all)")
             left = expected - self.ended_goals()
             if not left:
                 return

@@ -28,4 +28,4 @@ class ExperimentParams:
     path_period_s: float = param(0.05, "s", "simulated time between two recorded poses of a robot", 0.01, 10.0)
     plots: bool = param(True, "", "draw the pictures")
     soak_s: float = param(0.0, "s", "soak: go on with random debris for so much simulated time; 0: no soak", 0.0, 1e6)
-    memory_limit_mb: float = param(30.0, "MB", "soak: no process may grow by more", 1.0, 10000.0)
+    memory_limit_mb: float = param(30.0, "MB", "soak: no process may grow by more in its second half", 1.0, 10000.0)

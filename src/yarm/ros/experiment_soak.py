@@ -50,6 +50,8 @@ class Soak:
         began_s = self._driver.now_s()
         while self._driver.now_s() - began_s < span_s:
             self._keep_sanding()
+            if self._driver.now_s() - began_s > 0.5 * span_s:
+                self._meter.half_way()
             self._mission(len(self.rows), began_s)
             self._say(self._line())
 

@@ -30,6 +30,7 @@ class UsageMeter:
         """Nothing is measured before ``start``."""
         self._processes: Dict[int, Tuple[str, psutil.Process]] = {}
         self._first: Dict[int, _Reading] = {}
+        self._middle: Dict[int, _Reading] = {}
         self._began = time.monotonic()
 
     def start(self) -> None:
@@ -46,6 +47,11 @@ class UsageMeter:
         self._first = self._read()
         self._began = time.monotonic()
 
+    def half_way(self) -> None:
+        """Read memory half-way through a soak; only the first call counts."""
+        if not self._middle:
+            self._middle = self._read()
+
     def finish(self, camera_sets: int) -> List[NodeUsage]:
         """Cost of each process since ``start``, over this number of camera sets."""
         wall_s = max(1e-3, time.monotonic() - self._began)
@@ -55,7 +61,8 @@ class UsageMeter:
             used_s = last.cpu_s - first.cpu_s
             per_frame = 1000.0 * used_s / camera_sets if camera_sets else float("nan")
             title = self._processes[pid][0]
-            rows.append(NodeUsage(title, used_s / wall_s, per_frame, first.memory_mb, last.memory_mb))
+            middle = self._middle[pid].memory_mb if pid in self._middle else float("nan")
+            rows.append(NodeUsage(title, used_s / wall_s, per_frame, first.memory_mb, last.memory_mb, middle))
         return rows
 
     def memory_mb(self) -> float:

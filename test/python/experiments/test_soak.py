@@ -15,7 +15,7 @@ from yarm.experiments.recorder import Recorder, TaskSample
 from yarm.experiments.soak import PART_X_M, PART_Y_M, MissionRow, drops, judge_soak, soak_line
 
 ROW = MissionRow(0, 0.0, 20.0, "debris_0000_1", 1, 0, 0, 600.0)
-NODE = NodeUsage("perception", 0.1, 3.0, 100.0, 104.0)
+NODE = NodeUsage("perception", 0.1, 3.0, 60.0, 104.0, 100.0)
 
 
 def test_debris_falls_on_the_part_far_enough_apart() -> None:
@@ -36,7 +36,13 @@ def test_debris_falls_on_the_part_far_enough_apart() -> None:
     ("usage", "lost", "rows", "fault"),
     [
         ([NODE], [], [ROW], ""),
-        ([replace(NODE, memory_end_mb=150.0)], [], [ROW], "perception has grown by 50 MB (limit 30 MB)"),
+        (
+            [replace(NODE, memory_end_mb=150.0)],
+            [],
+            [ROW],
+            "perception has grown by 50 MB in the second half of the soak (limit 30 MB)",
+        ),
+        ([replace(NODE, node="run_experiment", memory_end_mb=150.0)], [], [ROW], ""),
         ([NODE], ["commander"], [ROW], "commander has ended or was started again"),
         ([NODE], [], [], "no mission was run"),
     ],
