@@ -80,7 +80,7 @@ class CommanderNode:
         self._association.publish(Int8(data=0))
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
-        self._registry = RegistryWatch(self._on_registry)
+        self._registry = RegistryWatch(self._on_registry, self._markers.show_bodies)
         self._safety = rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=10)
         self._maps = MapSubscriber(self._on_map)
         self._service = rospy.Service(names.COMMANDER_STATE, StateChange, self._on_request)

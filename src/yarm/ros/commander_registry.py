@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -48,9 +48,14 @@ def solids_of(entry: RegisteredObject) -> List[Tuple[str, Solid]]:
 class RegistryWatch:
     """Hands on each registry once the frames of the robots in it are known. Thread-safe."""
 
-    def __init__(self, on_update: Callable[[RegistryUpdate], None]) -> None:
+    def __init__(
+        self,
+        on_update: Callable[[RegistryUpdate], None],
+        on_entries: Callable[[Sequence[RegisteredObject]], None] = lambda entries: None,
+    ) -> None:
         """Subscribe to the registry, and to ``/tf`` only while a robot's frames are missing."""
         self._on_update = on_update
+        self._on_entries = on_entries
         self._lock = threading.Lock()
         self._entries: List[RegisteredObject] = []
         self._shapes: Dict[str, RobotShape] = {}
@@ -63,6 +68,7 @@ class RegistryWatch:
             missing = self._missing()
             if missing and self._tf is None:
                 self._tf = rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=10)
+        self._on_entries(message.entries)
         self._hand_on()
 
     def _missing(self) -> List[RegisteredObject]:

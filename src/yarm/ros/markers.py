@@ -6,11 +6,12 @@ Every picture is sent whole; markers of the last one that are not in the new one
 from __future__ import annotations
 
 import math
-from typing import Dict, List, Sequence, Set, Tuple
+from typing import Callable, Dict, List, Mapping, Sequence, Set, Tuple
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point
+from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -18,6 +19,7 @@ from yarm.commander.machine import Status
 from yarm.commander.messages import ShowPlan
 from yarm.commander.world import World
 from yarm.geometry import FloatArray, GridSpec
+from yarm.msg import RegisteredObject
 from yarm.ros import names
 
 Color = Tuple[float, float, float, float]
@@ -32,6 +34,18 @@ ROBOT_COLORS: Tuple[Color, ...] = (
     (0.55, 0.34, 0.29, 0.9),
     (0.09, 0.75, 0.81, 0.9),
 )
+BODY_COLORS: Mapping[str, Color] = {
+    "Mobile": (0.75, 0.75, 0.8, 0.8),
+    "Manipulator": (0.2, 0.45, 0.9, 0.8),
+    "Obstacle": (0.55, 0.5, 0.45, 0.8),
+    "Debris": (0.9, 0.2, 0.1, 1.0),
+}
+Size = Tuple[float, float, float]
+SOLID_MARKERS: Mapping[int, Tuple[int, Callable[[Sequence[float]], Size]]] = {
+    SolidPrimitive.BOX: (Marker.CUBE, lambda d: (d[0], d[1], d[2])),
+    SolidPrimitive.SPHERE: (Marker.SPHERE, lambda d: (2 * d[0], 2 * d[0], 2 * d[0])),
+    SolidPrimitive.CYLINDER: (Marker.CYLINDER, lambda d: (2 * d[1], 2 * d[1], d[0])),
+}
 FLOOR_M = 0.02
 WAYPOINT_M = 0.95
 WORLD_PERIOD_S = 0.2
@@ -80,7 +94,8 @@ class Picture:
         """Send a whole picture; markers of one namespace are numbered in order."""
         counts: Dict[str, int] = {}
         for made in markers:
-            made.header.stamp = rospy.Time.from_sec(max(0.0, stamp_s))
+            if made.header.frame_id == names.WORLD_FRAME:
+                made.header.stamp = rospy.Time.from_sec(max(0.0, stamp_s))
             made.id = counts.get(made.ns, 0)
             counts[made.ns] = made.id + 1
         now = {(made.ns, made.id) for made in markers}
@@ -100,6 +115,11 @@ class MarkerBoard:
         self._world = Picture(names.MAPS_AND_MASKS)
         self._trails: Dict[str, List[Tuple[float, float]]] = {}
         self._drawn_s = -math.inf
+        self._bodies: List[Marker] = []
+
+    def show_bodies(self, entries: Sequence[RegisteredObject]) -> None:
+        """Draw the known solids of everything in the registry from now on, each in its own tf frame."""
+        self._bodies = [made for entry in entries for made in _solids(entry)]
 
     def show_plan(self, shown: ShowPlan, world: World) -> None:
         """Particles, graph and each robot's way ahead."""
@@ -120,7 +140,7 @@ class MarkerBoard:
         self._drawn_s = now_s
         if self._world.publisher.get_num_connections() == 0:
             return
-        made = [self._state(status)]
+        made = [self._state(status), *self._bodies]
         made += self._masks(world) + self._seeds(world) + self._private(world) + self._driven(world)
         self._world.send(made, now_s)
 
@@ -197,6 +217,20 @@ class MarkerBoard:
                 line.points = points(np.column_stack([np.array(trail), np.full(len(trail), FLOOR_M)]))
                 made.append(line)
         return made
+
+
+def _solids(entry: RegisteredObject) -> List[Marker]:
+    """An object's solids, moved by RViz itself with the frames they are fixed to."""
+    color = BODY_COLORS.get(entry.object, WHITE)
+    made = []
+    for shape, pose, frame in zip(entry.shapes, entry.shape_poses, entry.shape_frames):
+        if shape.type not in SOLID_MARKERS:
+            continue
+        kind, size_of = SOLID_MARKERS[shape.type]
+        body = marker(f"bodies/{entry.name}", kind, color, size_of(shape.dimensions))
+        body.header.frame_id, body.pose, body.frame_locked = frame, pose, True
+        made.append(body)
+    return made
 
 
 def column_points(spec: GridSpec, columns: FloatArray, height_m: float) -> FloatArray:

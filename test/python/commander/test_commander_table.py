@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -123,3 +124,9 @@ def test_drawings_hold_every_row():
     for row in TABLE:
         assert f"`{row.label}`" in markdown
         assert f"{row.source.name} --> {row.target.name}:" in mermaid
+
+
+def test_the_page_shows_the_table_of_the_code():
+    page = (Path(__file__).resolve().parents[3] / "docs" / "commander.md").read_text()
+    assert table_markdown() in page
+    assert table_mermaid() in page
