@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Mask
 from yarm.planning.checker import sweep_of
-from yarm.planning.scene import PlanScene, SceneRobot, Stand
+from yarm.planning.scene import PlanScene, SceneRobot
 from yarm.planning.types import PlanRequest, Robot, Waypoint
 
 ColumnBits = Tuple[IntArray, IntArray]
@@ -218,11 +218,6 @@ def grown_cells(cells: IntArray) -> IntArray:
 def _goal_column(scene: PlanScene, robot: SceneRobot) -> Optional[Tuple[int, int]]:
     goal = scene.assignments.get(robot.name)
     return None if goal is None else scene.goals[goal].column
-
-
-def stand_of(node: Node, shape: Shape) -> Stand:
-    """A place as a column and a heading."""
-    return Stand((node.x, node.y), shape.yaws[node.heading])
 
 
 def _column_bits(cells: IntArray) -> ColumnBits:
