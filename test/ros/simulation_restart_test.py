@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+"""Everything goes on from the scene's start when the cell is started again: map, seeds, control, Commander."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import threading
+import unittest
+from typing import Any, Callable, List, Optional
+
+import rospy
+import rostest
+from actionlib import SimpleActionClient
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import Pose
+from yarm.msg import (
+    CommanderStatus,
+    MapMetaData,
+    MoveRobotAction,
+    MoveRobotGoal,
+    ObjectRegistry,
+    SanderStatus,
+    TransformStampedVector,
+)
+from yarm.srv import StateChange
+
+from yarm.ros import names
+
+WALL_LIMIT_S = 120.0
+ROBOTS = ("ankurbot_1", "ankurbot_2", "ankurbot_3")
+
+
+class RestartTest(unittest.TestCase):
+    """One run through: before, the restart, after."""
+
+    def setUp(self) -> None:
+        self.changed = threading.Condition()
+        self.newest: dict = {}
+        for topic, kind in (
+            (names.PLANNING_METADATA, MapMetaData),
+            (names.SEED_TRANSFORMS, TransformStampedVector),
+            (names.OBJECT_REGISTRY, ObjectRegistry),
+            (names.COMMANDER_STATUS, CommanderStatus),
+            (names.sander_status("hc10_barc"), SanderStatus),
+        ):
+            rospy.Subscriber(topic, kind, self.receive, callback_args=topic, queue_size=10, buff_size=1 << 22)
+
+    def receive(self, message: Any, topic: str) -> None:
+        with self.changed:
+            self.newest[topic] = message
+            self.changed.notify_all()
+
+    def wait(self, condition: Callable[[], Any], what: str) -> None:
+        with self.changed:
+            self.assertTrue(self.changed.wait_for(condition, timeout=WALL_LIMIT_S), f"never came: {what}")
+
+    def stamp(self, topic: str) -> float:
+        message = self.newest.get(topic)
+        return -1.0 if message is None else message.header.stamp.to_sec()
+
+    def cells(self) -> Optional[List[int]]:
+        message = self.newest.get(names.PLANNING_METADATA)
+        if message is None or not set(ROBOTS) <= set(message.frames):
+            return None
+        return [len(message.grid_indices[message.frames.index(name)].indices) for name in ROBOTS]
+
+    def drive(self, robot: str, y: float) -> None:
+        """Move a robot's end effector along y, heading kept."""
+        client = SimpleActionClient(names.move_robot(robot), MoveRobotAction)
+        self.assertTrue(client.wait_for_server(rospy.Duration(60.0)), f"{robot} has no action server")
+        seeds = self.newest[names.SEED_TRANSFORMS]
+        transform = seeds.transforms[seeds.frame.index(robot)].transform
+        target = Pose(position=transform.translation, orientation=transform.rotation)
+        target.position.y += y
+        client.send_goal(MoveRobotGoal(target=target, action="False"))
+        self.assertTrue(client.wait_for_result(rospy.Duration(90.0)), f"{robot} never arrived")
+        self.assertEqual(client.get_state(), GoalStatus.SUCCEEDED, client.get_goal_status_text())
+
+    def status(self) -> CommanderStatus:
+        return self.newest.get(names.COMMANDER_STATUS, CommanderStatus())
+
+    def await_calibration(self, from_s: float, to_s: float) -> None:
+        def done() -> bool:
+            status = self.status()
+            there = status.state == CommanderStatus.CALIBRATION and not status.busy and bool(status.outcome)
+            return there and from_s < status.header.stamp.to_sec() < to_s
+
+        self.wait(done, "the calibration")
+        self.assertEqual(self.status().outcome, "succeeded", self.status().reason)
+
+    def ask(self, **fields: bool) -> None:
+        rospy.wait_for_service(names.COMMANDER_STATE, timeout=WALL_LIMIT_S)
+        service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
+        nothing = {"next_state": False, "current_state": False, "previous_state": False, "jump_state": 0}
+        answer = service(**{**nothing, **fields})
+        self.assertTrue(answer.success, answer.message)
+
+    def test_everybody_goes_on(self) -> None:
+        self.wait(self.cells, "a map of all robots")
+        self.ask(current_state=True)
+        self.wait(lambda: self.status().state == CommanderStatus.STARTED, "Commander STARTED")
+        self.ask(next_state=True)
+        self.await_calibration(0.0, math.inf)
+        self.drive("ankurbot_1", -0.4)
+        before = self.stamp(names.PLANNING_METADATA)
+        subprocess.run(["rosnode", "kill", "/simulation"], check=True, capture_output=True, timeout=WALL_LIMIT_S)
+        for topic in (names.OBJECT_REGISTRY, names.SEED_TRANSFORMS, names.PLANNING_METADATA):
+            self.wait(lambda topic=topic: 0.0 <= self.stamp(topic) < before, f"{topic} of the new run")
+        again = self.stamp(names.PLANNING_METADATA)
+        self.wait(lambda: again + 3.0 < self.stamp(names.PLANNING_METADATA) < before + 30.0, "three seconds of maps")
+        self.wait(lambda: self.cells() and min(self.cells()) > 20, "all robots in the map")
+        seeds = self.newest[names.SEED_TRANSFORMS]
+        position = seeds.transforms[seeds.frame.index("ankurbot_1")].transform.translation
+        self.assertLess(math.hypot(position.x - 0.7, position.y - 1.9), 0.02, "back at the scene's start")
+        # The Commander calibrates again by itself: what it knew of the cell is gone.
+        self.await_calibration(0.5, before + 60.0)
+        self.drive("ankurbot_1", -0.3)
+
+
+if __name__ == "__main__":
+    rospy.init_node("simulation_restart_test")
+    rostest.rosrun("yarm", "simulation_restart", RestartTest)
