@@ -313,6 +313,14 @@ def close_pair(one: RobotSpace, other: RobotSpace) -> bool:
     return overlap(one.shape0.at(one.start[:2]), dilated(other.shape0.at(other.start[:2]), one.layout.stride))
 
 
+def poses_touch(one: RobotSpace, a: Pose, other: RobotSpace, b: Pose) -> bool:
+    """Whether two robots standing at two poses overlap or come within the margin of each other."""
+    layout = one.layout
+    table = one.pair_table(a[2], None, other, b[2])
+    board = shifted(table, (b[0] - layout.border) * layout.stride + b[1] - layout.border)
+    return bool(board >> layout.bit(a[0], a[1]) & 1)
+
+
 def present_layers(space: RobotSpace) -> Layers:
     """Cells of a robot at its start."""
     return space.shape0.at(space.start[:2])

@@ -41,7 +41,7 @@ class Fleet:
         self.roadmap = roadmap
         self.starts: Poses = tuple(space.start for space in spaces)
         self._views: Dict[Tuple[int, Poses], View] = {}
-        self._alone: Dict[int, Optional[Path]] = {}
+        self._alone: Dict[Tuple[int, Target], Optional[Path]] = {}
         self._close: Set[Tuple[int, int]] = set()
         for i, one in enumerate(spaces):
             for j in range(i):
@@ -64,13 +64,15 @@ class Fleet:
             self._views[key] = View(space, others, near)
         return self._views[key]
 
-    def alone(self, i: int) -> Optional[Path]:
-        """Way of a robot to its target from its start if no other robot were there; None when there is none."""
-        target = self.targets[i]
-        if i not in self._alone and target is not None:
+    def alone(self, i: int, target: Optional[Target] = None) -> Optional[Path]:
+        """Way of a robot from its start to a target, its own unless given, if no other robot were there."""
+        target = target or self.targets[i]
+        if target is None:
+            return None
+        if (i, target) not in self._alone:
             view = self.view(i, self.starts, range(len(self.spaces)))
-            self._alone[i] = find_path(view, self.roadmap, self.starts[i], target)
-        return self._alone.get(i)
+            self._alone[i, target] = find_path(view, self.roadmap, self.starts[i], target)
+        return self._alone[i, target]
 
     def restrict(self, robots: Collection[int]) -> None:
         """Let only some of the robots keep their targets."""
@@ -79,7 +81,7 @@ class Fleet:
     def satisfied(self, i: int, pose: Pose) -> bool:
         """Whether a robot at a pose is where it must be."""
         target = self.targets[i]
-        return target is None or (pose[:2] == target.column and target.heading in (None, pose[2]))
+        return target is None or target.holds(pose)
 
     def cost(self, moves: Sequence[Move]) -> float:
         """Sum of the costs of moves, cells."""

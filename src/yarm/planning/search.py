@@ -35,6 +35,10 @@ class Target:
     column: Column
     heading: Optional[int] = None
 
+    def holds(self, pose: Pose) -> bool:
+        """Whether a pose is on the target."""
+        return pose[:2] == self.column and self.heading in (None, pose[2])
+
 
 class Roadmap:
     """Particles and their graph, made when a search first needs it.

@@ -9,7 +9,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 from yarm.geometry import BoolArray
 from yarm.planning import request_check as check
 from yarm.planning.bitboard import Board, Layers, shifted, union
-from yarm.planning.cspace import Pose, RobotSpace, ShapeCache, View
+from yarm.planning.cspace import Pose, RobotSpace, ShapeCache, View, poses_touch
 from yarm.planning.fleet import Fleet
 from yarm.planning.search import even_roadmap, flood, path_cost, reachable
 from yarm.planning.types import Column, Goal, PlanRequest
@@ -71,7 +71,7 @@ class Travel:
         if first is None or second is None:
             return False
         mine, theirs = self._arrivals(one, goal), self._arrivals(other, other_goal)
-        return any(not _touch(first.spaces[0], a, second.spaces[0], b) for a in mine for b in theirs)
+        return any(not poses_touch(first.spaces[0], a, second.spaces[0], b) for a in mine for b in theirs)
 
     def _arrivals(self, robot: str, goal: Goal) -> List[Pose]:
         """Poses on a goal that a robot can come to."""
@@ -157,13 +157,6 @@ def _stands(world: World) -> List[Pose]:
     headings = range(len(space.headings)) if target.heading is None else [target.heading]
     poses: List[Pose] = [(target.column[0], target.column[1], h) for h in headings]
     return [pose for pose in poses if view.stands(pose)]
-
-
-def _touch(one: RobotSpace, a: Pose, other: RobotSpace, b: Pose) -> bool:
-    table = one.pair_table(a[2], None, other, b[2])
-    border = one.layout.border
-    board = shifted(table, (b[0] - border) * one.layout.stride + b[1] - border)
-    return bool(board >> one.layout.bit(a[0], a[1]) & 1)
 
 
 def _grown_at(space: RobotSpace, pose: Pose) -> Layers:
