@@ -63,7 +63,9 @@ class Stopwatch {
 class Chain {
  public:
   Chain(const std::string& backend, const pc::MergeParams& params)
-      : backend_(pc::makeBackend(backend, params, {})), associator_(pc::makeAssociator("yarm", {})), grid_(pc::GridSpec{}) {}
+      : backend_(pc::makeBackend(backend, params, {})),
+        associator_(pc::makeAssociator("yarm", {})),
+        grid_(pc::GridSpec{}) {}
 
   void process(const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene, bool calibrating) {
     const auto seeds = scene.seeds(clouds.front().stamp_ns);
@@ -86,7 +88,9 @@ class Chain {
     faults_ = 0;
   }
   [[nodiscard]] const Samples& samples() const { return samples_; }
-  [[nodiscard]] double faults() const { return static_cast<double>(faults_) / static_cast<double>(samples_.at("total").size()); }
+  [[nodiscard]] double faults() const {
+    return static_cast<double>(faults_) / static_cast<double>(samples_.at("total").size());
+  }
   [[nodiscard]] const pc::MergedSet& set() const { return set_; }
 
  private:
@@ -98,14 +102,16 @@ class Chain {
   long faults_{0};
 };
 
-void measured(Chain& chain, const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene, bool calibrating) {
+void measured(Chain& chain, const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene,
+              bool calibrating) {
   const long faults = pageFaults();
   chain.process(clouds, scene, calibrating);
   chain.countFaults(pageFaults() - faults);
 }
 
 /// Runs both chains, set by set in turn, over the same clouds.
-void race(const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model, Chain& fused, Chain& pcl) {
+void race(const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model, Chain& fused,
+          Chain& pcl) {
   std::vector<yarm::test::SceneFactory> factories;
   std::vector<std::vector<pc::CameraCloud>> recorded;
   for (int i = 0; i < kDistinctSets; ++i) {
@@ -148,7 +154,8 @@ void compare(const char* title, const yarm::test::Scene& scene, int cameras, int
 }
 
 /// One line a setting, for plotting: name, value, p50 of fused and pcl.
-void sweep(const char* name, double value, const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model) {
+void sweep(const char* name, double value, const yarm::test::Scene& scene, int cameras, int sets,
+           yarm::test::CameraModel model) {
   Chain fused("fused", {});
   Chain pcl("pcl", {});
   race(scene, cameras, sets, model, fused, pcl);

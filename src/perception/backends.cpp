@@ -40,12 +40,14 @@ void checkParams(const MergeParams& merge, const ClusterParams& cluster) {
   }
   if (sizes_good) {
     const double voxels = VoxelLattice(merge).count();
-    require(voxels <= kMostVoxels, text("voxels in the box", voxels, "at most 2^26: larger voxels or a smaller box"), faults);
+    require(voxels <= kMostVoxels, text("voxels in the box", voxels, "at most 2^26: larger voxels or a smaller box"),
+            faults);
   }
-  require(merge.floor_sigmas >= 0.0 && merge.floor_sigmas <= 100.0, text("floor_sigmas", merge.floor_sigmas, "0 .. 100"),
-          faults);
+  require(merge.floor_sigmas >= 0.0 && merge.floor_sigmas <= 100.0,
+          text("floor_sigmas", merge.floor_sigmas, "0 .. 100"), faults);
   require(merge.absurd_limit > 0.0, text("absurd_limit", merge.absurd_limit, "above 0 m"), faults);
-  require(cluster.tolerance >= 1e-3 && cluster.tolerance <= 10.0, text("tolerance", cluster.tolerance, "1e-3 .. 10 m"), faults);
+  require(cluster.tolerance >= 1e-3 && cluster.tolerance <= 10.0, text("tolerance", cluster.tolerance, "1e-3 .. 10 m"),
+          faults);
   require(cluster.min_size >= 1, text("min_size", cluster.min_size, "1 or more"), faults);
   require(cluster.max_size >= cluster.min_size, text("max_size", cluster.max_size, "at least min_size"), faults);
   if (faults.tellp() > 0) {
@@ -61,8 +63,8 @@ StampNs oldestStamp(const std::vector<CameraCloud>& clouds) {
   return oldest;
 }
 
-MergedPoint makeMergedPoint(const NoiseModel& noise, const Eigen::Vector3f& camera_origin, float depth, float x, float y,
-                            float z, int camera) {
+MergedPoint makeMergedPoint(const NoiseModel& noise, const Eigen::Vector3f& camera_origin, float depth, float x,
+                            float y, float z, int camera) {
   const Eigen::Vector3f ray = Eigen::Vector3f(x, y, z) - camera_origin;
   const float length = ray.norm();
   // The model gives the noise of the depth; along the ray it is longer by length / depth.
@@ -104,7 +106,8 @@ void clustersFromLabels(const std::vector<std::int32_t>& labels, int label_count
   }
 }
 
-std::unique_ptr<MergeBackend> makeBackend(const std::string& name, const MergeParams& merge, const ClusterParams& cluster) {
+std::unique_ptr<MergeBackend> makeBackend(const std::string& name, const MergeParams& merge,
+                                          const ClusterParams& cluster) {
   checkParams(merge, cluster);
   if (name == "fused") {
     return makeFusedBackend(merge, cluster);

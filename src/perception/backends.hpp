@@ -18,10 +18,12 @@ void checkParams(const MergeParams& merge, const ClusterParams& cluster);
 [[nodiscard]] StampNs oldestStamp(const std::vector<CameraCloud>& clouds);
 
 /// A surviving point with its noise and viewing direction.
-[[nodiscard]] MergedPoint makeMergedPoint(const NoiseModel& noise, const Eigen::Vector3f& camera_origin, float depth, float x,
-                                          float y, float z, int camera);
+[[nodiscard]] MergedPoint makeMergedPoint(const NoiseModel& noise, const Eigen::Vector3f& camera_origin, float depth,
+                                          float x, float y, float z, int camera);
 
-/// From a component label per voxel to clusters of the allowed sizes, largest first (ties: the one with the lowest voxel).
-void clustersFromLabels(const std::vector<std::int32_t>& labels, int label_count, const ClusterParams& params, MergedSet& set);
+/// From a component label per voxel to clusters of the allowed sizes, largest first (ties: the one with the lowest
+/// voxel).
+void clustersFromLabels(const std::vector<std::int32_t>& labels, int label_count, const ClusterParams& params,
+                        MergedSet& set);
 
 }  // namespace yarm::perception

@@ -1,7 +1,7 @@
 #include "crop_kernel.hpp"
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -14,7 +14,9 @@ namespace yarm::perception {
 
 namespace {
 
-bool isAbsurd(float value, float limit) { return std::fabs(value) > limit; }  // false for NaN
+bool isAbsurd(float value, float limit) {
+  return std::fabs(value) > limit;
+}  // false for NaN
 
 bool insideBox(const CropSetup& s, const float* w) {
   return w[2] >= s.lo[2] && w[2] <= s.hi[2] && w[0] >= s.lo[0] && w[0] <= s.hi[0] && w[1] >= s.lo[1] && w[1] <= s.hi[1];
@@ -61,7 +63,8 @@ __attribute__((target("avx2"))) inline Lanes loadEight(const std::uint8_t* p, st
   const __m256 lo23 = _mm256_unpacklo_ps(r2, r3);
   const __m256 hi01 = _mm256_unpackhi_ps(r0, r1);
   const __m256 hi23 = _mm256_unpackhi_ps(r2, r3);
-  return {_mm256_shuffle_ps(lo01, lo23, 0x44), _mm256_shuffle_ps(lo01, lo23, 0xEE), _mm256_shuffle_ps(hi01, hi23, 0x44)};
+  return {_mm256_shuffle_ps(lo01, lo23, 0x44), _mm256_shuffle_ps(lo01, lo23, 0xEE),
+          _mm256_shuffle_ps(hi01, hi23, 0x44)};
 }
 
 __attribute__((target("avx2"))) inline __m256 rowTimes(const float* row, const Lanes& v) {
@@ -71,14 +74,15 @@ __attribute__((target("avx2"))) inline __m256 rowTimes(const float* row, const L
 }
 
 __attribute__((target("avx2"))) inline __m256 within(__m256 v, float lo, float hi) {
-  return _mm256_and_ps(_mm256_cmp_ps(v, _mm256_set1_ps(lo), _CMP_GE_OQ), _mm256_cmp_ps(v, _mm256_set1_ps(hi), _CMP_LE_OQ));
+  return _mm256_and_ps(_mm256_cmp_ps(v, _mm256_set1_ps(lo), _CMP_GE_OQ),
+                       _mm256_cmp_ps(v, _mm256_set1_ps(hi), _CMP_LE_OQ));
 }
 
 /// Mask of the points above the floor's noise.
 __attribute__((target("avx2"))) inline __m256 aboveFloor(const CropSetup& s, __m256 depth, __m256 height) {
   const __m256 d = _mm256_sub_ps(depth, _mm256_set1_ps(s.floor_offset));
-  const __m256 margin = _mm256_add_ps(_mm256_set1_ps(s.floor_base),
-                                      _mm256_mul_ps(_mm256_set1_ps(s.floor_slope), _mm256_mul_ps(d, d)));
+  const __m256 margin =
+      _mm256_add_ps(_mm256_set1_ps(s.floor_base), _mm256_mul_ps(_mm256_set1_ps(s.floor_slope), _mm256_mul_ps(d, d)));
   return _mm256_cmp_ps(_mm256_mul_ps(height, depth), margin, _CMP_GE_OQ);
 }
 

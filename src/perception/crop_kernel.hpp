@@ -9,13 +9,13 @@ namespace yarm::perception {
 
 /// Everything the pass needs to know about one camera, single precision.
 struct CropSetup {
-  float m[3][4];         ///< rows of world <- camera
-  float lo[3];           ///< box, inclusive
+  float m[3][4];  ///< rows of world <- camera
+  float lo[3];    ///< box, inclusive
   float hi[3];
-  float floor_base;      ///< a point passes when z_world * depth >= floor_base + floor_slope * (depth - floor_offset)^2
+  float floor_base;  ///< a point passes when z_world * depth >= floor_base + floor_slope * (depth - floor_offset)^2
   float floor_slope;
   float floor_offset;
-  float absurd;          ///< coordinates beyond this are absurd, metres
+  float absurd;  ///< coordinates beyond this are absurd, metres
 };
 
 /// Sets up the pass for a camera.
@@ -27,7 +27,8 @@ struct CropSetup {
   return height * depth >= s.floor_base + s.floor_slope * (d * d);
 }
 
-/// World coordinates of a point, summed in the order PCL's transform uses, so that both back ends agree to the last bit.
+/// World coordinates of a point, summed in the order PCL's transform uses, so that both back ends agree to the last
+/// bit.
 inline void toWorld(const CropSetup& s, const float* p, float* world) {
   for (int r = 0; r < 3; ++r) {
     world[r] = p[0] * s.m[r][0] + (p[1] * s.m[r][1] + (p[2] * s.m[r][2] + s.m[r][3]));
@@ -39,8 +40,8 @@ struct Survivor {
   float x, y, z, depth;
 };
 
-/// Appends the points of a cloud that pass; returns false when the cloud holds absurd coordinates. `force_scalar` keeps the
-/// portable path, for the tests.
+/// Appends the points of a cloud that pass; returns false when the cloud holds absurd coordinates. `force_scalar` keeps
+/// the portable path, for the tests.
 bool cropCloud(const CropSetup& setup, const CameraCloud& cloud, std::vector<Survivor>& out, bool force_scalar = false);
 
 }  // namespace yarm::perception

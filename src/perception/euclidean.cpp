@@ -8,7 +8,8 @@
 namespace yarm::perception {
 
 namespace {
-// Sites whose diagonal is just below the tolerance: points of one site are always connected, so that sites are the nodes.
+// Sites whose diagonal is just below the tolerance: points of one site are always connected, so that sites are the
+// nodes.
 constexpr float kEdgeFraction = 0.577F;
 constexpr int kRim = 2;
 constexpr int kReach = 2;
@@ -80,7 +81,8 @@ bool EuclideanClusters::reaches(const std::vector<Eigen::Vector3f>& points, std:
   return false;
 }
 
-void EuclideanClusters::joinAlong(const std::vector<Eigen::Vector3f>& points, const std::vector<std::int32_t>& offsets) {
+void EuclideanClusters::joinAlong(const std::vector<Eigen::Vector3f>& points,
+                                  const std::vector<std::int32_t>& offsets) {
   const auto bins = static_cast<std::int32_t>(site_.size());
   for (std::int32_t b = 0; b < bins; ++b) {
     for (const std::int32_t offset : offsets) {

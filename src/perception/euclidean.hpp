@@ -27,15 +27,15 @@ class EuclideanClusters {
   float inverse_edge_;
   float tolerance2_;
   int nx_, ny_, nz_;
-  std::vector<std::int32_t> table_;       // bin of a lattice site, -1 = empty; a rim of two empty sites all around
-  std::vector<std::int32_t> site_;        // lattice site of each occupied bin
-  std::vector<std::int32_t> first_;       // first point of each occupied bin
-  std::vector<std::int32_t> next_;        // next point in the same bin
-  std::vector<std::int32_t> bin_of_;      // occupied bin of each point
-  std::vector<std::int32_t> parent_;      // union-find over occupied bins
-  std::vector<std::int32_t> root_;        // root of each bin when the present round of joining began
-  std::vector<std::int32_t> near_;        // half of the direct neighbours
-  std::vector<std::int32_t> far_;         // half of the next ring
+  std::vector<std::int32_t> table_;   // bin of a lattice site, -1 = empty; a rim of two empty sites all around
+  std::vector<std::int32_t> site_;    // lattice site of each occupied bin
+  std::vector<std::int32_t> first_;   // first point of each occupied bin
+  std::vector<std::int32_t> next_;    // next point in the same bin
+  std::vector<std::int32_t> bin_of_;  // occupied bin of each point
+  std::vector<std::int32_t> parent_;  // union-find over occupied bins
+  std::vector<std::int32_t> root_;    // root of each bin when the present round of joining began
+  std::vector<std::int32_t> near_;    // half of the direct neighbours
+  std::vector<std::int32_t> far_;     // half of the next ring
 };
 
 }  // namespace yarm::perception

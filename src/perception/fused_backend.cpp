@@ -10,8 +10,10 @@ namespace {
 class FusedBackend : public MergeBackend {
  public:
   FusedBackend(const MergeParams& merge, const ClusterParams& cluster)
-      : params_(merge), cluster_params_(cluster), lattice_(merge), euclidean_(corner(merge.box_min), corner(merge.box_max),
-                                                                            static_cast<float>(cluster.tolerance)) {
+      : params_(merge),
+        cluster_params_(cluster),
+        lattice_(merge),
+        euclidean_(corner(merge.box_min), corner(merge.box_max), static_cast<float>(cluster.tolerance)) {
     const auto voxels = static_cast<std::size_t>(lattice_.count());
     table_.assign(voxels, 0);
     occupied_.assign(voxels / 64 + 1, 0);

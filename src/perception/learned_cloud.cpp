@@ -31,7 +31,8 @@ void LearnedCloud::add(const Eigen::Vector3f& point, std::int64_t set) {
 
 float LearnedCloud::distance(const Eigen::Vector3f& point) const {
   float best = std::numeric_limits<float>::infinity();
-  if (counted_ == 0 || (point.array() < low_ - 2.F * spacing_).any() || (point.array() > high_ + 2.F * spacing_).any()) {
+  if (counted_ == 0 || (point.array() < low_ - 2.F * spacing_).any() ||
+      (point.array() > high_ + 2.F * spacing_).any()) {
     return best;
   }
   const Eigen::Vector3i c = cellOf(point);

@@ -10,10 +10,10 @@ namespace yarm::perception {
 
 namespace {
 
-constexpr float kSamplePitch = 0.05F;   // a little under a cell's smallest edge, metres
-constexpr float kInset = 0.003F;        // keeps samples of touching faces out of each other's cells, metres
-constexpr int kHitsBesideShape = 3;     // sets in which something beside the known shape must show to be learnt
-constexpr double kGoodView = 0.7;       // share of the last good view's points that makes a view as good
+constexpr float kSamplePitch = 0.05F;  // a little under a cell's smallest edge, metres
+constexpr float kInset = 0.003F;       // keeps samples of touching faces out of each other's cells, metres
+constexpr int kHitsBesideShape = 3;    // sets in which something beside the known shape must show to be learnt
+constexpr double kGoodView = 0.7;      // share of the last good view's points that makes a view as good
 
 bool sameSolid(const Solid& a, const Solid& b) {
   return a.shape == b.shape && a.size == b.size && a.frame == b.frame &&

@@ -38,7 +38,8 @@ class ObjectMemory {
   /// Appends the learnt surface at its present pose, world.
   void appendLearned(std::vector<Eigen::Vector3f>& out) const;
 
-  /// The last good view, carried rigidly with the seed: replaced when the present view is as good, else appended to `hidden`.
+  /// The last good view, carried rigidly with the seed: replaced when the present view is as good, else appended to
+  /// `hidden`.
   void carryRecent(const std::vector<Eigen::Vector3f>& seen, std::vector<Eigen::Vector3f>& hidden);
   /// Distance of a point (world) to the last good view carried to the present pose; +inf without one.
   [[nodiscard]] float recentDistance(const Eigen::Vector3f& point) const;

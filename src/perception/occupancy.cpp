@@ -6,13 +6,17 @@ namespace yarm::perception {
 
 namespace {
 
-bool isRobot(const AssociatedObject& o) { return o.object == ObjectKind::kMobile || o.object == ObjectKind::kManipulator; }
+bool isRobot(const AssociatedObject& o) {
+  return o.object == ObjectKind::kMobile || o.object == ObjectKind::kManipulator;
+}
 
 bool isAttached(const AssociatedObject& a, const AssociatedObject& b) {
   return std::find(a.attached_to.begin(), a.attached_to.end(), b.name) != a.attached_to.end();
 }
 
-bool isUnknown(const AssociatedObject& o) { return o.name.compare(0, 8, "unknown_") == 0; }
+bool isUnknown(const AssociatedObject& o) {
+  return o.name.compare(0, 8, "unknown_") == 0;
+}
 
 /// How loosely an object stands in the cell: the looser one keeps a cell that two share in peace.
 int looseness(const AssociatedObject& o) {

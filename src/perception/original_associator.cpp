@@ -171,7 +171,8 @@ class OriginalAssociator : public Associator {
   /// Dynamic objects no longer among the seeds are forgotten; static ones stay.
   void forgetLeft() {
     for (auto it = memory_.begin(); it != memory_.end();) {
-      const bool present = std::any_of(seeds_->begin(), seeds_->end(), [&](const Seed& s) { return s.name == it->first; });
+      const bool present =
+          std::any_of(seeds_->begin(), seeds_->end(), [&](const Seed& s) { return s.name == it->first; });
       it = present || it->second.seed.is_static ? std::next(it) : memory_.erase(it);
     }
   }

@@ -9,13 +9,13 @@
 namespace yarm::perception {
 
 namespace {
-constexpr float kSite = 0.1F;          // edge of a site of the index, metres
+constexpr float kSite = 0.1F;            // edge of a site of the index, metres
 constexpr float kLargestMargin = 0.12F;  // no surface explains a point farther away, metres
-constexpr float kHiddenFace = 4.F;     // added cost of a face that looks away from the camera
+constexpr float kHiddenFace = 4.F;       // added cost of a face that looks away from the camera
 constexpr float kAwayCosine = 0.05F;
 constexpr std::int32_t kNone = -1;
 constexpr std::int32_t kMany = -2;
-constexpr float kLookBack = 0.3F;      // rays are followed from this far before a point, metres
+constexpr float kLookBack = 0.3F;  // rays are followed from this far before a point, metres
 }  // namespace
 
 SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
@@ -29,11 +29,18 @@ SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
   }
 }
 
-void SceneModel::clear() { pieces_.clear(); }
+void SceneModel::clear() {
+  pieces_.clear();
+}
 
 void SceneModel::add(int object, const Solid& solid, const Eigen::Isometry3d& T_world_solid) {
-  Piece piece{object, solid.shape, solid.size.cast<float>(), {}, T_world_solid.linear().transpose().cast<float>(),
-              T_world_solid.translation().cast<float>(), {}};
+  Piece piece{object,
+              solid.shape,
+              solid.size.cast<float>(),
+              {},
+              T_world_solid.linear().transpose().cast<float>(),
+              T_world_solid.translation().cast<float>(),
+              {}};
   piece.half = halfExtents(piece.shape, piece.size);
   piece.extent = piece.R_solid_world.transpose().cwiseAbs() * piece.half;
   pieces_.push_back(piece);
@@ -70,7 +77,8 @@ void SceneModel::forSites(const Piece& piece, Visit visit) const {
 }
 
 void SceneModel::index() {
-  const auto sites = static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
+  const auto sites =
+      static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
   begin_.assign(sites + 1, 0);
   sole_.assign(sites, kNone);
   hint_ = 0;
@@ -85,7 +93,8 @@ void SceneModel::index() {
   }
   list_.resize(static_cast<std::size_t>(begin_[sites]));
   for (std::size_t i = pieces_.size(); i-- > 0;) {
-    forSites(pieces_[i], [&](std::size_t site) { list_[static_cast<std::size_t>(--begin_[site + 1])] = static_cast<int>(i); });
+    forSites(pieces_[i],
+             [&](std::size_t site) { list_[static_cast<std::size_t>(--begin_[site + 1])] = static_cast<int>(i); });
   }
   // Filling walked each site's end back to its beginning, one place to the right of where it is read.
   begin_.erase(begin_.begin());
@@ -139,7 +148,8 @@ std::size_t SceneModel::likeliest(const MergedPoint& point) const {
     const Piece& piece = pieces_[static_cast<std::size_t>(candidates_[i].piece)];
     const float cosine = (piece.R_solid_world * Eigen::Vector3f(point.ux, point.uy, point.uz)).dot(s.normal);
     const float variance = point.sigma * point.sigma * cosine * cosine + tau2_;
-    const float cost = s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
+    const float cost =
+        s.distance * s.distance / variance + std::log(variance) + (cosine > kAwayCosine ? kHiddenFace : 0.F);
     if (cost < least) {
       least = cost;
       best = i;
@@ -221,14 +231,17 @@ void SceneModel::cellsInside(int index, std::vector<Eigen::Vector3f>& out) const
     edge[a] = static_cast<float>(grid.resolution(a));
     const int cells = grid.size[static_cast<std::size_t>(a)];
     low[a] = std::max(0, static_cast<int>(std::ceil((piece.centre[a] - piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
-    high[a] = std::min(cells - 1, static_cast<int>(std::floor((piece.centre[a] + piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
+    high[a] = std::min(cells - 1,
+                       static_cast<int>(std::floor((piece.centre[a] + piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
   }
   for (int x = low[0]; x <= high[0]; ++x) {
     for (int y = low[1]; y <= high[1]; ++y) {
       for (int z = low[2]; z <= high[2]; ++z) {
-        const Eigen::Vector3f c = low_ + edge.cwiseProduct(Eigen::Vector3i(x, y, z).cast<float>() + Eigen::Vector3f::Constant(0.5F));
+        const Eigen::Vector3f c =
+            low_ + edge.cwiseProduct(Eigen::Vector3i(x, y, z).cast<float>() + Eigen::Vector3f::Constant(0.5F));
         const Eigen::Vector3f local = piece.R_solid_world * (c - piece.centre);
-        if ((local.cwiseAbs() - piece.half).maxCoeff() < 0.F && solid_math::distance(piece.shape, piece.size, local).distance < 0.F) {
+        if ((local.cwiseAbs() - piece.half).maxCoeff() < 0.F &&
+            solid_math::distance(piece.shape, piece.size, local).distance < 0.F) {
           out.push_back(c);
         }
       }

@@ -11,10 +11,10 @@ namespace yarm::perception {
 
 /// Why a point is where it is: a surface it lies on within the sensor's noise.
 struct Explanation {
-  int piece{-1};                                       ///< index of the solid, -1 = none explains the point
-  int object{-1};                                      ///< its object
-  float distance{0};                                   ///< to the surface, metres, negative inside
-  Eigen::Vector3f normal{Eigen::Vector3f::UnitZ()};    ///< outward, world
+  int piece{-1};                                     ///< index of the solid, -1 = none explains the point
+  int object{-1};                                    ///< its object
+  float distance{0};                                 ///< to the surface, metres, negative inside
+  Eigen::Vector3f normal{Eigen::Vector3f::UnitZ()};  ///< outward, world
 };
 
 /// Known solids of all objects. Buffers are kept between sets.
@@ -29,8 +29,8 @@ class SceneModel {
   /// Finishes a set: lists the solids near each part of the volume.
   void index();
 
-  /// The surface a point lies on within its noise. Noise moves a point along its ray only: where several objects are near,
-  /// it is the one whose solid the ray meets first.
+  /// The surface a point lies on within its noise. Noise moves a point along its ray only: where several objects are
+  /// near, it is the one whose solid the ray meets first.
   [[nodiscard]] Explanation explain(const MergedPoint& point) const;
   /// The nearest solid of all whose object `wanted` marks, within `reach` metres.
   [[nodiscard]] Explanation nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const;
@@ -79,10 +79,10 @@ class SceneModel {
   Eigen::Vector3f low_;
   int n_[3]{};
   std::vector<Piece> pieces_;
-  std::vector<std::int32_t> begin_;     // first entry of each site in list_
-  std::vector<std::int32_t> list_;      // solids near each site
-  std::vector<std::int32_t> sole_;      // the one object near each site, or kMany
-  mutable std::int32_t hint_{0};        // solid that explained the previous point
+  std::vector<std::int32_t> begin_;  // first entry of each site in list_
+  std::vector<std::int32_t> list_;   // solids near each site
+  std::vector<std::int32_t> sole_;   // the one object near each site, or kMany
+  mutable std::int32_t hint_{0};     // solid that explained the previous point
   mutable std::vector<Candidate> candidates_;
 };
 

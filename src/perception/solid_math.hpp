@@ -32,7 +32,8 @@ inline SurfaceDistance sphereDistance(float radius, const Eigen::Vector3f& p) {
 
 inline SurfaceDistance cylinderDistance(float radius, float half, const Eigen::Vector3f& p) {
   const float rho = std::sqrt(p.x() * p.x() + p.y() * p.y());
-  const Eigen::Vector3f radial = rho > kTiny ? Eigen::Vector3f(p.x() / rho, p.y() / rho, 0.F) : Eigen::Vector3f::UnitX();
+  const Eigen::Vector3f radial =
+      rho > kTiny ? Eigen::Vector3f(p.x() / rho, p.y() / rho, 0.F) : Eigen::Vector3f::UnitX();
   const Eigen::Vector3f axial(0.F, 0.F, p.z() < 0 ? -1.F : 1.F);
   const float dr = rho - radius;
   const float dz = std::abs(p.z()) - half;

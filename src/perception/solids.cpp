@@ -59,7 +59,9 @@ float enterCylinder(float radius, float half, const Eigen::Vector3f& o, const Ei
   return best;
 }
 
-int steps(float length, float pitch) { return std::max(1, static_cast<int>(std::ceil(length / pitch))); }
+int steps(float length, float pitch) {
+  return std::max(1, static_cast<int>(std::ceil(length / pitch)));
+}
 
 void sampleBox(const Eigen::Vector3f& half, float pitch, std::vector<Eigen::Vector3f>& out) {
   for (int axis = 0; axis < 3; ++axis) {

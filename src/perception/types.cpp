@@ -35,7 +35,9 @@ int GridSpec::indexOf(double x, double y, double z) const {
   return index;
 }
 
-int GridSpec::indexOf(const Cell& cell) const { return (cell.x * size[1] + cell.y) * size[2] + cell.z; }
+int GridSpec::indexOf(const Cell& cell) const {
+  return (cell.x * size[1] + cell.y) * size[2] + cell.z;
+}
 
 Cell GridSpec::cellOf(int index) const {
   return {index / (size[1] * size[2]), index / size[2] % size[1], index % size[2]};

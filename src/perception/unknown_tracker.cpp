@@ -50,7 +50,8 @@ UnknownThing* UnknownTracker::match(const std::vector<Eigen::Vector3f>& group) {
   return best;
 }
 
-void UnknownTracker::update(const std::vector<MergedPoint>& points, const std::vector<std::vector<std::uint32_t>>& groups) {
+void UnknownTracker::update(const std::vector<MergedPoint>& points,
+                            const std::vector<std::vector<std::uint32_t>>& groups) {
   for (UnknownThing& thing : things_) {
     thing.history <<= 1U;
     thing.source.clear();
@@ -117,6 +118,8 @@ bool UnknownTracker::covers(const Eigen::Vector3f& point, float reach) const {
   return false;
 }
 
-void UnknownTracker::reset() { things_.clear(); }
+void UnknownTracker::reset() {
+  things_.clear();
+}
 
 }  // namespace yarm::perception

@@ -10,11 +10,11 @@ namespace yarm::perception {
 
 /// One thing that nobody registered.
 struct UnknownThing {
-  int number{0};                            ///< n of "unknown_<n>"; 0 = not yet believed
-  std::uint32_t history{0};                 ///< bit i = it showed i sets ago
-  std::vector<std::uint32_t> source;        ///< its points in the present set; empty when it did not show
-  std::vector<Eigen::Vector3f> points;      ///< its points when it last showed, metres, world
-  Eigen::AlignedBox3f box;                  ///< around those points
+  int number{0};                        ///< n of "unknown_<n>"; 0 = not yet believed
+  std::uint32_t history{0};             ///< bit i = it showed i sets ago
+  std::vector<std::uint32_t> source;    ///< its points in the present set; empty when it did not show
+  std::vector<Eigen::Vector3f> points;  ///< its points when it last showed, metres, world
+  Eigen::AlignedBox3f box;              ///< around those points
 };
 
 /// Follows them from set to set.

@@ -14,22 +14,29 @@ namespace yarm::perception {
 namespace {
 
 constexpr int kNobody = -1;
-constexpr float kSnap = 0.005F;           // how far off a known surface an explained point is left, metres
-constexpr float kDebrisReach = 0.13F;     // a loose thing of unknown shape reaches this far from its seed, metres
-constexpr float kRiseSigmas = 1.5F;       // points this far above a surface near such a seed are the loose thing's
-constexpr float kRise = 0.012F;           // and at least this far, metres
+constexpr float kSnap = 0.005F;        // how far off a known surface an explained point is left, metres
+constexpr float kDebrisReach = 0.13F;  // a loose thing of unknown shape reaches this far from its seed, metres
+constexpr float kRiseSigmas = 1.5F;    // points this far above a surface near such a seed are the loose thing's
+constexpr float kRise = 0.012F;        // and at least this far, metres
 
-constexpr float kFloorSigmas = 5.5F;      // what no body explains is the floor's up to this many sigmas of its noise
+constexpr float kFloorSigmas = 5.5F;  // what no body explains is the floor's up to this many sigmas of its noise
 
 /// True for a point that the floor's noise may have lifted.
-bool isFloorNoise(const MergedPoint& p) { return p.z < kFloorSigmas * p.sigma * std::abs(p.uz); }
+bool isFloorNoise(const MergedPoint& p) {
+  return p.z < kFloorSigmas * p.sigma * std::abs(p.uz);
+}
 
-Eigen::Vector3f positionOf(const MergedPoint& p) { return {p.x, p.y, p.z}; }
+Eigen::Vector3f positionOf(const MergedPoint& p) {
+  return {p.x, p.y, p.z};
+}
 
 class YarmAssociator : public Associator {
  public:
   explicit YarmAssociator(const AssociationParams& params)
-      : params_(params), model_(params), components_(lowOf(params.grid), highOf(params.grid), reach()), unknown_(params) {}
+      : params_(params),
+        model_(params),
+        components_(lowOf(params.grid), highOf(params.grid), reach()),
+        unknown_(params) {}
 
   const AssociatedSet& associate(const AssociationInput& input) override {
     ++set_number_;
@@ -52,8 +59,12 @@ class YarmAssociator : public Associator {
   }
 
  private:
-  static Eigen::Vector3f lowOf(const GridSpec& g) { return Eigen::Vector3d(g.min[0], g.min[1], g.min[2]).cast<float>(); }
-  static Eigen::Vector3f highOf(const GridSpec& g) { return Eigen::Vector3d(g.max[0], g.max[1], g.max[2]).cast<float>(); }
+  static Eigen::Vector3f lowOf(const GridSpec& g) {
+    return Eigen::Vector3d(g.min[0], g.min[1], g.min[2]).cast<float>();
+  }
+  static Eigen::Vector3f highOf(const GridSpec& g) {
+    return Eigen::Vector3d(g.max[0], g.max[1], g.max[2]).cast<float>();
+  }
   [[nodiscard]] float reach() const { return static_cast<float>(params_.search_radius); }
   [[nodiscard]] int objectCount() const { return static_cast<int>(objects_.size()); }
   [[nodiscard]] ObjectMemory& object(int i) { return *objects_[static_cast<std::size_t>(i)]; }
@@ -92,7 +103,8 @@ class YarmAssociator : public Associator {
     model_.index();
   }
 
-  /// Known surfaces explain their points; what rises above a static one near a loose thing of unknown shape is that thing's.
+  /// Known surfaces explain their points; what rises above a static one near a loose thing of unknown shape is that
+  /// thing's.
   void explainByShapes() {
     owner_.assign(points_->size(), kNobody);
     placed_.resize(points_->size());
@@ -231,12 +243,12 @@ class YarmAssociator : public Associator {
   [[nodiscard]] std::vector<int> shapelessNear(const std::vector<std::uint32_t>& group) {
     std::vector<int> result;
     for (int i = 0; i < objectCount(); ++i) {
-      if (object(i).hasShape() || object(i).isTarget() || (!calibrating_ && object(i).seed().is_static && object(i).hasLearned())) {
+      if (object(i).hasShape() || object(i).isTarget() ||
+          (!calibrating_ && object(i).seed().is_static && object(i).hasLearned())) {
         continue;
       }
-      const bool hit = std::any_of(group.begin(), group.end(), [&](std::uint32_t p) {
-        return distanceTo(i, placed_[p]) < reach();
-      });
+      const bool hit =
+          std::any_of(group.begin(), group.end(), [&](std::uint32_t p) { return distanceTo(i, placed_[p]) < reach(); });
       if (hit) {
         result.push_back(i);
       }
@@ -365,7 +377,8 @@ class YarmAssociator : public Associator {
           continue;
         }
         std::vector<int> common;
-        std::set_intersection(cells[a].begin(), cells[a].end(), cells[b].begin(), cells[b].end(), std::back_inserter(common));
+        std::set_intersection(cells[a].begin(), cells[a].end(), cells[b].begin(), cells[b].end(),
+                              std::back_inserter(common));
         auto& list = attached_[moving.name];
         if (!common.empty() && std::find(list.begin(), list.end(), result_.objects[b].name) == list.end()) {
           list.push_back(result_.objects[b].name);
@@ -386,9 +399,9 @@ class YarmAssociator : public Associator {
   const std::vector<MergedPoint>* points_{nullptr};
   bool calibrating_{false};
   std::int64_t set_number_{0};
-  std::vector<int> owner_;                       // object of each point
-  std::vector<Eigen::Vector3f> placed_;          // each point with its noise off a known surface taken away
-  std::vector<std::uint32_t> rest_;              // points no surface explains
+  std::vector<int> owner_;               // object of each point
+  std::vector<Eigen::Vector3f> placed_;  // each point with its noise off a known surface taken away
+  std::vector<std::uint32_t> rest_;      // points no surface explains
   std::vector<Eigen::Vector3f> rest_points_;
   std::vector<std::int32_t> rest_labels_;
   AssociatedSet result_;

@@ -24,8 +24,8 @@ std::string percent(const std::map<std::string, Mean>& by_object) {
 }
 
 /// Runs one variant over all sequences and prints its lines of the table.
-Row scoreVariant(const std::string& title, const std::string& associator, const std::function<Sequence(Sequence)>& change,
-                 double pose_error_m = 0.0) {
+Row scoreVariant(const std::string& title, const std::string& associator,
+                 const std::function<Sequence(Sequence)>& change, double pose_error_m = 0.0) {
   std::map<std::string, Mean> apart;
   std::map<std::string, Mean> contact;
   Row row;
@@ -50,8 +50,8 @@ Row scoreVariant(const std::string& title, const std::string& associator, const 
     row.longest_gap = std::max(row.longest_gap, score.longest_gap);
     row.longest_phantom = std::max(row.longest_phantom, score.longest_phantom);
   }
-  std::printf("| %-22s | %-20s | %6.2f %% | %6.2f %% | longest gap %d, phantom %d\n", title.c_str(), "ALL", 100 * row.apart.value(),
-              100 * row.contact.value(), row.longest_gap, row.longest_phantom);
+  std::printf("| %-22s | %-20s | %6.2f %% | %6.2f %% | longest gap %d, phantom %d\n", title.c_str(), "ALL",
+              100 * row.apart.value(), 100 * row.contact.value(), row.longest_gap, row.longest_phantom);
   return row;
 }
 

@@ -116,7 +116,8 @@ TEST(Occupancy, CellsOfRobotsThatMeetAreCollisionsRestingThingsShareInPeace) {
   const pc::GridSpec grid;
   const int cell = grid.indexOf(here.x(), here.y(), here.z());
   pc::AssociatedSet set;
-  set.objects = {object("table", pc::ObjectKind::kObstacle, {here}), object("debris_1", pc::ObjectKind::kDebris, {here})};
+  set.objects = {object("table", pc::ObjectKind::kObstacle, {here}),
+                 object("debris_1", pc::ObjectKind::kDebris, {here})};
   const pc::OccupancyGrid& peace = builder.build(set);
   EXPECT_EQ(peace.cells[static_cast<std::size_t>(cell)], 1);
   EXPECT_TRUE(peace.collisions.empty());
@@ -139,7 +140,8 @@ TEST(Occupancy, CellsOfRobotsThatMeetAreCollisionsRestingThingsShareInPeace) {
 TEST(Occupancy, PointsOutsideHaveNoCellAndHiddenOnesCount) {
   pc::OccupancyBuilder builder{pc::GridSpec{}};
   pc::AssociatedSet set;
-  set.objects = {object("a", pc::ObjectKind::kObstacle, {{9.F, 0.F, 0.5F}, {0.F, 0.F, std::nanf("")}, {0.F, 0.F, -0.1F}})};
+  set.objects = {
+      object("a", pc::ObjectKind::kObstacle, {{9.F, 0.F, 0.5F}, {0.F, 0.F, std::nanf("")}, {0.F, 0.F, -0.1F}})};
   set.objects[0].hidden = {{0.F, 0.F, 0.5F}, {0.001F, 0.001F, 0.501F}};
   const pc::OccupancyGrid& grid = builder.build(set);
   EXPECT_EQ(grid.object_cells[0].size(), 1U);
@@ -195,17 +197,16 @@ TEST(Map, VisibleCellsAreMarkedAndEmptyOnesAreNot) {
   }
   const double recall = 1.0 - static_cast<double>(total.missed) / total.visible_cells;
   const double phantom = static_cast<double>(total.phantom) / total.marked_cells;
-  std::printf("recall of %d visible cells %.3f %%, phantoms among %d marked %.3f %%, debris %d of %d\n", total.visible_cells,
-              100 * recall, total.marked_cells, 100 * phantom, debris_mapped, debris_seen);
+  std::printf("recall of %d visible cells %.3f %%, phantoms among %d marked %.3f %%, debris %d of %d\n",
+              total.visible_cells, 100 * recall, total.marked_cells, 100 * phantom, debris_mapped, debris_seen);
   EXPECT_GE(recall, 0.99);
   EXPECT_LE(phantom, 0.01);
   EXPECT_GE(debris_mapped, 0.99 * debris_seen);
 }
 
 TEST(Map, RobotsThatTouchCollideInTheGrid) {
-  Sequence s{"touch", standardCell(2, 0), 2, [](Scene& scene, int) {
-               moveAnkurbot(scene, "ankurbot_2", 1.9, 1.9 - 0.05 - 1.30 + 0.01, M_PI / 2);
-             }};
+  Sequence s{"touch", standardCell(2, 0), 2,
+             [](Scene& scene, int) { moveAnkurbot(scene, "ankurbot_2", 1.9, 1.9 - 0.05 - 1.30 + 0.01, M_PI / 2); }};
   AssociationRun run("yarm", 50);
   run.run(s, [](const Scene&, const ScoredSet& set) {
     if (!set.calibrating) {
@@ -276,7 +277,8 @@ class Predict : public testing::Test {
  protected:
   void SetUp() override {
     scene_ = standardCell(2, 1);
-    run_.run({"still", scene_, 2, [](Scene&, int) {}}, [this](const Scene&, const ScoredSet& set) { present_ = *set.result; });
+    run_.run({"still", scene_, 2, [](Scene&, int) {}},
+             [this](const Scene&, const ScoredSet& set) { present_ = *set.result; });
   }
   Scene scene_;
   AssociationRun run_{"yarm", 80};
@@ -303,8 +305,9 @@ TEST_F(Predict, AFreePlaceIsFreeAndStayingIsToo) {
 }
 
 TEST_F(Predict, TwoMovedTogetherAreCheckedAgainstEachOther) {
-  const auto answer = pc::predictNewState(present_, pc::GridSpec{},
-                                          {{"ankurbot_1", pose(0.9, 1.5, 0.89, M_PI)}, {"ankurbot_2", pose(1.0, 1.45, 0.89, M_PI / 2)}});
+  const auto answer = pc::predictNewState(
+      present_, pc::GridSpec{},
+      {{"ankurbot_1", pose(0.9, 1.5, 0.89, M_PI)}, {"ankurbot_2", pose(1.0, 1.45, 0.89, M_PI / 2)}});
   EXPECT_TRUE(answer.collision) << answer.message;
 }
 

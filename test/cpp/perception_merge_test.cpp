@@ -29,7 +29,8 @@ struct RandomCamera {
   pc::CameraCloud cloud;
 };
 
-RandomCamera randomCamera(std::mt19937_64& random, std::size_t count, std::size_t floats_a_point = 4, std::size_t x_at = 0) {
+RandomCamera randomCamera(std::mt19937_64& random, std::size_t count, std::size_t floats_a_point = 4,
+                          std::size_t x_at = 0) {
   std::uniform_real_distribution<float> spread(-4.F, 4.F);
   std::uniform_real_distribution<float> forward(0.5F, 6.F);
   std::uniform_real_distribution<float> chance(0.F, 1.F);
@@ -68,8 +69,10 @@ Cloud::Ptr oracleCrop(const std::vector<pc::CameraCloud>& clouds, const pc::Merg
     pcl::transformPointCloud(*raw, *world, c.T_world_camera.matrix());
     pcl::CropBox<pcl::PointXYZ> crop;
     crop.setInputCloud(world);
-    crop.setMin({static_cast<float>(params.box_min[0]), static_cast<float>(params.box_min[1]), static_cast<float>(params.box_min[2]), 1});
-    crop.setMax({static_cast<float>(params.box_max[0]), static_cast<float>(params.box_max[1]), static_cast<float>(params.box_max[2]), 1});
+    crop.setMin({static_cast<float>(params.box_min[0]), static_cast<float>(params.box_min[1]),
+                 static_cast<float>(params.box_min[2]), 1});
+    crop.setMax({static_cast<float>(params.box_max[0]), static_cast<float>(params.box_max[1]),
+                 static_cast<float>(params.box_max[2]), 1});
     Cloud kept;
     crop.filter(kept);
     *merged += kept;
@@ -143,7 +146,8 @@ void expectConsistent(const pc::MergedSet& set) {
       EXPECT_EQ(set.cluster_of_voxel.at(static_cast<std::size_t>(v)), static_cast<std::int32_t>(c));
     }
   }
-  EXPECT_EQ(clustered, set.centroids.size() - static_cast<std::size_t>(std::count(set.cluster_of_voxel.begin(), set.cluster_of_voxel.end(), -1)));
+  EXPECT_EQ(clustered, set.centroids.size() - static_cast<std::size_t>(std::count(set.cluster_of_voxel.begin(),
+                                                                                  set.cluster_of_voxel.end(), -1)));
 }
 
 class BothBackends : public testing::TestWithParam<const char*> {};
@@ -300,7 +304,8 @@ TEST(Backends, FusedAndPclGiveTheSamePointsToTheBit) {
     pc::makeBackend("fused", params, {})->merge(factory.clouds(1), fused);
     pc::makeBackend("pcl", params, {})->merge(factory.clouds(1), pcl_set);
     ASSERT_EQ(fused.points.size(), pcl_set.points.size());
-    EXPECT_EQ(std::memcmp(fused.points.data(), pcl_set.points.data(), fused.points.size() * sizeof(pc::MergedPoint)), 0);
+    EXPECT_EQ(std::memcmp(fused.points.data(), pcl_set.points.data(), fused.points.size() * sizeof(pc::MergedPoint)),
+              0);
     EXPECT_EQ(fused.voxel_of_point, pcl_set.voxel_of_point);
   }
 }
@@ -329,7 +334,9 @@ TEST(Backends, TheVectorPathEqualsThePortableOne) {
   backend->merge(clouds, portable);
   ASSERT_GT(portable.points.size(), 1000U);
   ASSERT_EQ(vector_path.points.size(), portable.points.size());
-  EXPECT_EQ(std::memcmp(vector_path.points.data(), portable.points.data(), portable.points.size() * sizeof(pc::MergedPoint)), 0);
+  EXPECT_EQ(
+      std::memcmp(vector_path.points.data(), portable.points.data(), portable.points.size() * sizeof(pc::MergedPoint)),
+      0);
 }
 
 TEST(FloorMargin, DropsTheNoisyFloorAndKeepsLowDebris) {

@@ -136,9 +136,8 @@ TEST(Weakness, AnObjectThatLeftStays) {
       EXPECT_NE(find(*set.result, "box_1"), nullptr);
     }
   });
-  both.ours.run(s, [](const Scene&, const ScoredSet& set) {
-    EXPECT_EQ(find(*set.result, "box_1") != nullptr, set.k < 1);
-  });
+  both.ours.run(
+      s, [](const Scene&, const ScoredSet& set) { EXPECT_EQ(find(*set.result, "box_1") != nullptr, set.k < 1); });
 }
 
 TEST(Weakness, TwoThatFirstAppearInContactEraseEachOther) {
@@ -151,7 +150,9 @@ TEST(Weakness, TwoThatFirstAppearInContactEraseEachOther) {
   Both both;
   both.original.run(s, [](const Scene&, const ScoredSet& set) {
     if (set.k == 3) {
-      EXPECT_LT(std::min(find(*set.result, "ankurbot_1")->points.size(), find(*set.result, "ankurbot_2")->points.size()), 10U);
+      EXPECT_LT(
+          std::min(find(*set.result, "ankurbot_1")->points.size(), find(*set.result, "ankurbot_2")->points.size()),
+          10U);
     }
   });
   const Score score = both.ours.run(s);
@@ -170,7 +171,8 @@ TEST(Weakness, SubtractionTakesAwayTheVeryPartThatTouches) {
   // A thing first seen beside another keeps only what is farther than r from it, and that becomes all it ever is.
   Sequence s{"eaten", standardCell(1, 0), 8, [](Scene& scene, int k) {
                if (k == 1) {
-                 addAnkurbot(scene, "ankurbot_2", 1.9, 1.9 - 0.05 - 1.30 - 0.005, M_PI / 2);  // its tip at the other's mast
+                 addAnkurbot(scene, "ankurbot_2", 1.9, 1.9 - 0.05 - 1.30 - 0.005,
+                             M_PI / 2);  // its tip at the other's mast
                }
                if (k > 3) {
                  moveAnkurbot(scene, "ankurbot_2", 1.9, 0.3, M_PI / 2);

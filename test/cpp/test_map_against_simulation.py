@@ -164,11 +164,10 @@ def test_map_against_the_bodies(scene):
             assert not [name for name in map_.cells if name.startswith("unknown_")]
     finally:
         cell.close()
-    print(f"{scene}: {tally}")
     assert tally.twos == [0, 0], "cells of value 2 after calibration"
-    assert tally.missed <= 0.01 * tally.visible
-    assert tally.phantom <= 0.01 * tally.marked
-    assert tally.debris_missing <= 0.01 * tally.debris_sets
+    assert tally.missed <= 0.01 * tally.visible, tally
+    assert tally.phantom <= 0.01 * tally.marked, tally
+    assert tally.debris_missing <= 0.01 * tally.debris_sets, tally
 
 
 def test_the_measure_can_fail():

@@ -9,15 +9,16 @@ namespace yarm::test {
 
 namespace {
 
-constexpr double kContact = 0.05;   // bodies nearer than this are in contact, metres
-constexpr float kVoxel = 0.12F;     // a cloud of centroids speaks for points this near, metres
+constexpr double kContact = 0.05;  // bodies nearer than this are in contact, metres
+constexpr float kVoxel = 0.12F;    // a cloud of centroids speaks for points this near, metres
 
 /// Pairs that always rest on each other are not in contact for the score.
 bool restsOn(const Body& a, const Body& b) {
   const auto pair = [&](pc::ObjectKind x, pc::ObjectKind y) {
     return (a.kind == x && b.kind == y) || (a.kind == y && b.kind == x);
   };
-  return pair(pc::ObjectKind::kDebris, pc::ObjectKind::kObstacle) || pair(pc::ObjectKind::kObstacle, pc::ObjectKind::kObstacle) ||
+  return pair(pc::ObjectKind::kDebris, pc::ObjectKind::kObstacle) ||
+         pair(pc::ObjectKind::kObstacle, pc::ObjectKind::kObstacle) ||
          (pair(pc::ObjectKind::kManipulator, pc::ObjectKind::kObstacle) && (a.name == "stand" || b.name == "stand"));
 }
 
@@ -86,8 +87,12 @@ std::vector<double> credits(const Scene& scene, const ScoredSet& set) {
 }
 
 AssociationRun::AssociationRun(const std::string& associator, std::uint64_t seed, double pose_error_m)
-    : factory_(seed), backend_(pc::makeBackend("fused", {}, {})), associator_(pc::makeAssociator(associator, {})),
-      builder_(pc::GridSpec{}), pose_error_m_(pose_error_m), random_(seed) {}
+    : factory_(seed),
+      backend_(pc::makeBackend("fused", {}, {})),
+      associator_(pc::makeAssociator(associator, {})),
+      builder_(pc::GridSpec{}),
+      pose_error_m_(pose_error_m),
+      random_(seed) {}
 
 void AssociationRun::blur(Scene& told) {
   std::normal_distribution<double> error(0.0, pose_error_m_);
@@ -165,9 +170,9 @@ Score AssociationRun::run(const Sequence& sequence, const std::function<void(con
       gap[body.name] = mapped ? 0 : gap[body.name] + 1;
       score.longest_gap = std::max(score.longest_gap, gap[body.name]);
     }
-    const bool unknown = std::any_of(set.result->objects.begin(), set.result->objects.end(), [](const pc::AssociatedObject& o) {
-      return o.name.compare(0, 8, "unknown_") == 0;
-    });
+    const bool unknown =
+        std::any_of(set.result->objects.begin(), set.result->objects.end(),
+                    [](const pc::AssociatedObject& o) { return o.name.compare(0, 8, "unknown_") == 0; });
     phantom_run = unknown && !stranger_there ? phantom_run + 1 : 0;
     score.phantom_sets += phantom_run > 0 ? 1 : 0;
     score.longest_phantom = std::max(score.longest_phantom, phantom_run);

@@ -37,9 +37,9 @@ struct Mean {
 struct Score {
   std::map<std::string, Mean> apart;
   std::map<std::string, Mean> contact;
-  int longest_gap{0};     ///< most sets in a row in which a visible object had no cells
-  int phantom_sets{0};    ///< sets with an unknown thing where nothing unregistered is
-  int longest_phantom{0}; ///< most of them in a row
+  int longest_gap{0};      ///< most sets in a row in which a visible object had no cells
+  int phantom_sets{0};     ///< sets with an unknown thing where nothing unregistered is
+  int longest_phantom{0};  ///< most of them in a row
 
   [[nodiscard]] static double mean(const std::map<std::string, Mean>& by_object);
 };
@@ -47,19 +47,19 @@ struct Score {
 /// One set as an association saw it.
 struct ScoredSet {
   const pc::MergedSet* merged{nullptr};
-  std::vector<int> truth;                      ///< body of each point
+  std::vector<int> truth;  ///< body of each point
   const pc::AssociatedSet* result{nullptr};
   const pc::OccupancyGrid* grid{nullptr};
   const std::vector<Render>* renders{nullptr};
   bool calibrating{false};
-  int k{0};                                    ///< set after calibration
+  int k{0};  ///< set after calibration
 };
 
 /// Feeds sequences through merge, association and grid, always the same way.
 class AssociationRun {
  public:
-  /// `pose_error_m`: standard deviation of what perception is told of each moving body's place (and 0.5 rad/m of that of its
-  /// heading), fresh for every set.
+  /// `pose_error_m`: standard deviation of what perception is told of each moving body's place (and 0.5 rad/m of that
+  /// of its heading), fresh for every set.
   AssociationRun(const std::string& associator, std::uint64_t seed, double pose_error_m = 0.0);
 
   /// Runs a sequence; `look` is called with every set.
@@ -86,10 +86,10 @@ class AssociationRun {
 
 /// The map against the bodies themselves.
 struct MapScore {
-  int visible_cells{0};   ///< cells that three or more noise-free rays of the set end in
-  int missed{0};          ///< of those, neither marked nor with a marked neighbour that shares a face
-  int marked_cells{0};    ///< cells marked occupied
-  int phantom{0};         ///< of those, with no body in the cell or one next to it (corners too)
+  int visible_cells{0};  ///< cells that three or more noise-free rays of the set end in
+  int missed{0};         ///< of those, neither marked nor with a marked neighbour that shares a face
+  int marked_cells{0};   ///< cells marked occupied
+  int phantom{0};        ///< of those, with no body in the cell or one next to it (corners too)
 };
 [[nodiscard]] MapScore scoreMap(const Scene& scene, const ScoredSet& set);
 

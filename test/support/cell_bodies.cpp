@@ -51,7 +51,8 @@ void addStand(Scene& scene) {
 void addAnkurbot(Scene& scene, const std::string& name, double x, double y, double heading_rad) {
   const std::string base = name + "/base_link";
   Body body{name, pc::ObjectKind::kMobile, false, true, true, name + "/ee", {base, name + "/ee"}, {}};
-  body.solids = {tube(0.35, 0.45, {0.0, 0.0, 0.325}, base), solid(Shape::kBox, {0.1, 0.1, 0.42}, {0.0, 0.0, 0.76}, base),
+  body.solids = {tube(0.35, 0.45, {0.0, 0.0, 0.325}, base),
+                 solid(Shape::kBox, {0.1, 0.1, 0.42}, {0.0, 0.0, 0.76}, base),
                  solid(Shape::kBox, {1.26, 0.08, 0.08}, {0.63, 0.0, 0.89}, base),
                  solid(Shape::kSphere, {0.04, 0.0, 0.0}, {1.26, 0.0, 0.89}, base)};
   for (const double wx : {-0.15, 0.15}) {
@@ -83,7 +84,8 @@ void addTarget(Scene& scene, const std::string& name, double x, double y, double
   scene.poses[name] = pose(x, y, z);
 }
 
-void addBox(Scene& scene, const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& centre, bool registered) {
+void addBox(Scene& scene, const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& centre,
+            bool registered) {
   Body body{name, pc::ObjectKind::kObstacle, true, registered, true, name, {name}, {}};
   body.solids = {solid(Shape::kBox, size, {0.0, 0.0, -0.5 * size.z()}, name)};
   scene.bodies.push_back(body);
@@ -101,7 +103,8 @@ void addHc10(Scene& scene, const std::string& name) {
                  solid(Shape::kCapsule, {0.08, 0.0, 0.69}, {0.0, -0.19, 0.345}, frame(2)),
                  solid(Shape::kSphere, {0.1, 0.0, 0.0}, {0.0, -0.01, 0.0}, frame(3)),
                  solid(Shape::kCapsule, {0.057, 0.0, 0.36}, {0.0, 0.0, 0.18}, frame(4)),
-                 tube(0.08, 0.22, {0.0, 0.0, 0.02}, frame(5)), tube(0.05, 0.037, {0.0, 0.0, -0.111}, frame(6)),
+                 tube(0.08, 0.22, {0.0, 0.0, 0.02}, frame(5)),
+                 tube(0.05, 0.037, {0.0, 0.0, -0.111}, frame(6)),
                  tube(0.06, 0.12, {0.0, 0.0, 0.06}, frame(7))};
   scene.bodies.push_back(body);
   moveHc10(scene, name, hc10Storage());
@@ -111,8 +114,8 @@ void moveHc10(Scene& scene, const std::string& name, const std::array<double, 6>
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
   const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-  const std::array<Eigen::Isometry3d, 7> joints{turned({0, 0, 0.275}, q[0], z), turned({0, 0, 0}, q[1], y),
-                                                turned({0, 0, 0.7}, q[2], -y),  turned({0, 0, -0.5}, q[3], z),
+  const std::array<Eigen::Isometry3d, 7> joints{turned({0, 0, 0.275}, q[0], z),  turned({0, 0, 0}, q[1], y),
+                                                turned({0, 0, 0.7}, q[2], -y),   turned({0, 0, -0.5}, q[3], z),
                                                 turned({0, 0.162, 0}, q[4], -y), turned({0, 0, 0}, q[5], z),
                                                 turned({0, 0, -0.13}, M_PI, x)};
   Eigen::Isometry3d T = pose(-1.1, 0.0, 0.7);
@@ -123,9 +126,13 @@ void moveHc10(Scene& scene, const std::string& name, const std::array<double, 6>
   }
 }
 
-std::array<double, 6> hc10Storage() { return {M_PI, -0.2, 0.6, 0.0, 1.0, 0.0}; }
+std::array<double, 6> hc10Storage() {
+  return {M_PI, -0.2, 0.6, 0.0, 1.0, 0.0};
+}
 
-std::array<double, 6> hc10OverPart() { return {0.0, 0.55, 1.0, 0.0, 0.45, 0.0}; }
+std::array<double, 6> hc10OverPart() {
+  return {0.0, 0.55, 1.0, 0.0, 0.45, 0.0};
+}
 
 Scene standardCell(int robots, int debris) {
   Scene scene;

@@ -61,7 +61,8 @@ bool bodyNear(const Scene& scene, const pc::GridSpec& grid, const pc::Cell& cell
       const Eigen::Isometry3d T = (scene.poses.at(solid.frame) * solid.T_frame_solid).inverse();
       for (int i = 0; i < 13 * 13 * 13; ++i) {
         const Eigen::Vector3d step((i % 13 - 6) / 6.0, (i / 13 % 13 - 6) / 6.0, (i / 169 - 6) / 6.0);
-        const Eigen::Vector3d p = centre + 1.5 * step.cwiseProduct(Eigen::Vector3d(grid.resolution(0), grid.resolution(1), grid.resolution(2)));
+        const Eigen::Vector3d p = centre + 1.5 * step.cwiseProduct(Eigen::Vector3d(
+                                                     grid.resolution(0), grid.resolution(1), grid.resolution(2)));
         const Eigen::Vector3f local = (T * p).cast<float>();
         const float d = pc::surfaceDistance(solid.shape, solid.size.cast<float>(), local).distance;
         if (d <= 0.013F) {

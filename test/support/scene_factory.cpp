@@ -80,7 +80,9 @@ Hit hitCap(float radius, float z, const Eigen::Vector3f& o, const Eigen::Vector3
   return inside ? Hit{t, {0.F, 0.F, z < 0 ? -1.F : 1.F}} : Hit{};
 }
 
-Hit nearer(const Hit& a, const Hit& b) { return b.t < a.t ? b : a; }
+Hit nearer(const Hit& a, const Hit& b) {
+  return b.t < a.t ? b : a;
+}
 
 Hit hitSolid(const pc::Solid& solid, const Eigen::Vector3f& o, const Eigen::Vector3f& d) {
   const Eigen::Vector3f size = solid.size.cast<float>();
@@ -91,8 +93,8 @@ Hit hitSolid(const pc::Solid& solid, const Eigen::Vector3f& o, const Eigen::Vect
     case pc::Solid::Shape::kCylinder:
       return nearer(hitTube(size.x(), half, o, d), nearer(hitCap(size.x(), half, o, d), hitCap(size.x(), -half, o, d)));
     case pc::Solid::Shape::kCapsule:
-      return nearer(hitTube(size.x(), half, o, d), nearer(hitSphere(size.x(), {0, 0, half}, o, d),
-                                                          hitSphere(size.x(), {0, 0, -half}, o, d)));
+      return nearer(hitTube(size.x(), half, o, d),
+                    nearer(hitSphere(size.x(), {0, 0, half}, o, d), hitSphere(size.x(), {0, 0, -half}, o, d)));
     case pc::Solid::Shape::kBox:
       break;
   }
@@ -103,7 +105,8 @@ Hit hitSolid(const pc::Solid& solid, const Eigen::Vector3f& o, const Eigen::Vect
 float sigmaOf(float depth, float cosine) {
   const float theta = std::min(std::acos(std::min(1.F, std::abs(cosine))), 1.48353F);
   const float rest = 1.5707963F - theta;
-  const float grazing = theta > 1.0471976F ? 1e-4F / std::sqrt(std::max(depth, 0.1F)) * theta * theta / (rest * rest) : 0.F;
+  const float grazing =
+      theta > 1.0471976F ? 1e-4F / std::sqrt(std::max(depth, 0.1F)) * theta * theta / (rest * rest) : 0.F;
   return 0.0012F + 0.0019F * (depth - 0.4F) * (depth - 0.4F) + grazing;
 }
 
@@ -123,7 +126,8 @@ pc::Knowledge Scene::knowledge() const {
   pc::Knowledge result;
   for (const Body& body : bodies) {
     if (body.registered) {
-      result[body.name] = {body.seed_frame, body.link_frames, body.shape_known ? body.solids : std::vector<pc::Solid>{}};
+      result[body.name] = {body.seed_frame, body.link_frames,
+                           body.shape_known ? body.solids : std::vector<pc::Solid>{}};
     }
   }
   return result;
@@ -135,7 +139,8 @@ int Scene::indexOf(const std::string& name) const {
 }
 
 void Scene::remove(const std::string& name) {
-  bodies.erase(std::remove_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == name; }), bodies.end());
+  bodies.erase(std::remove_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == name; }),
+               bodies.end());
 }
 
 Eigen::Isometry3f lookAt(const Eigen::Vector3f& place, const Eigen::Vector3f& target) {
@@ -168,7 +173,7 @@ SceneFactory::SceneFactory(std::uint64_t seed, double noise, int cameras, Camera
                                (static_cast<float>(v) + 0.5F - 0.5F * static_cast<float>(model.height)) / focal, 1.F);
     }
   }
-  const std::vector<Eigen::Vector3f> places{{3, 0, 2},    {0, 3, 2},     {0, -3, 2},   {-3, 0, 2},
+  const std::vector<Eigen::Vector3f> places{{3, 0, 2},       {0, 3, 2},        {0, -3, 2},       {-3, 0, 2},
                                             {2.2F, 2.2F, 2}, {-2.2F, 2.2F, 2}, {2.2F, -2.2F, 2}, {-2.2F, -2.2F, 2}};
   renders_.resize(static_cast<std::size_t>(cameras));
   for (std::size_t c = 0; c < renders_.size(); ++c) {
@@ -206,7 +211,8 @@ void SceneFactory::drawFloor(Render& out) const {
   }
 }
 
-void SceneFactory::drawSolid(const pc::Solid& solid, const Eigen::Isometry3d& T_world_solid, int body, Render& out) const {
+void SceneFactory::drawSolid(const pc::Solid& solid, const Eigen::Isometry3d& T_world_solid, int body,
+                             Render& out) const {
   const Eigen::Isometry3f T_camera_solid = out.T_world_camera.inverse() * T_world_solid.cast<float>();
   const Eigen::Isometry3f T_solid_camera = T_camera_solid.inverse();
   const Eigen::Vector3f centre = T_camera_solid.translation();
@@ -220,8 +226,10 @@ void SceneFactory::drawSolid(const pc::Solid& solid, const Eigen::Isometry3d& T_
   if (centre.z() - radius > 0.2F) {
     for (int a = 0; a < 2; ++a) {
       const float middle = 0.5F * static_cast<float>(a == 0 ? model_.width : model_.height);
-      const float least = std::min((centre[a] - radius) / (centre.z() - radius), (centre[a] - radius) / (centre.z() + radius));
-      const float most = std::max((centre[a] + radius) / (centre.z() - radius), (centre[a] + radius) / (centre.z() + radius));
+      const float least =
+          std::min((centre[a] - radius) / (centre.z() - radius), (centre[a] - radius) / (centre.z() + radius));
+      const float most =
+          std::max((centre[a] + radius) / (centre.z() - radius), (centre[a] + radius) / (centre.z() + radius));
       low[a] = std::max(low[a], static_cast<int>(least * focal + middle) - 1);
       high[a] = std::min(high[a], static_cast<int>(most * focal + middle) + 1);
     }
@@ -241,7 +249,9 @@ void SceneFactory::drawSolid(const pc::Solid& solid, const Eigen::Isometry3d& T_
   }
 }
 
-float SceneFactory::normalNumber() { return pool_[random_() % kPool]; }
+float SceneFactory::normalNumber() {
+  return pool_[random_() % kPool];
+}
 
 void SceneFactory::addNoise(Render& out) {
   const std::size_t n = directions_.size();

@@ -22,8 +22,8 @@ struct Body {
   std::string name;
   pc::ObjectKind kind{pc::ObjectKind::kObstacle};
   bool is_static{true};
-  bool registered{true};         ///< false: nobody tells perception about it
-  bool shape_known{true};        ///< false: the registry has no shapes for it
+  bool registered{true};   ///< false: nobody tells perception about it
+  bool shape_known{true};  ///< false: the registry has no shapes for it
   std::string seed_frame;
   std::vector<std::string> link_frames;
   std::vector<pc::Solid> solids;
@@ -44,16 +44,16 @@ struct Scene {
 struct CameraModel {
   int width{320};
   int height{320};
-  double fov_rad{2.35619449};   ///< horizontal
+  double fov_rad{2.35619449};  ///< horizontal
   float near_m{0.5F};
   float far_m{10.F};
 };
 
 /// One rendered camera: points as a driver would publish them, and the truth of each.
 struct Render {
-  std::vector<float> data;            ///< 4 floats a pixel: x, y, z, rgb; optical frame, metres; NaN = nothing in range
-  std::vector<std::int16_t> truth;    ///< body seen by each pixel, kFloor or kNothing
-  std::vector<float> exact_depth;     ///< without noise, metres; +inf = nothing
+  std::vector<float> data;          ///< 4 floats a pixel: x, y, z, rgb; optical frame, metres; NaN = nothing in range
+  std::vector<std::int16_t> truth;  ///< body seen by each pixel, kFloor or kNothing
+  std::vector<float> exact_depth;   ///< without noise, metres; +inf = nothing
   Eigen::Isometry3f T_world_camera{Eigen::Isometry3f::Identity()};
 };
 
@@ -98,7 +98,8 @@ void addAnkurbot(Scene& scene, const std::string& name, double x, double y, doub
 void moveAnkurbot(Scene& scene, const std::string& name, double x, double y, double heading_rad);
 void addDebris(Scene& scene, const std::string& name, double x, double y, double yaw_rad, double rest_z = 0.73);
 void addTarget(Scene& scene, const std::string& name, double x, double y, double z);
-void addBox(Scene& scene, const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& centre, bool registered);
+void addBox(Scene& scene, const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& centre,
+            bool registered);
 void addHc10(Scene& scene, const std::string& name);
 /// Joint angles of the HC10, rad.
 void moveHc10(Scene& scene, const std::string& name, const std::array<double, 6>& joints);

@@ -24,7 +24,9 @@ Eigen::Isometry3d poseOf(const double* row_major) {
 /// Merge, association and grid behind one handle.
 struct Chain {
   Chain(const char* backend, const char* associator)
-      : merge(pc::makeBackend(backend, {}, {})), association(pc::makeAssociator(associator, {})), builder(pc::GridSpec{}) {}
+      : merge(pc::makeBackend(backend, {}, {})),
+        association(pc::makeAssociator(associator, {})),
+        builder(pc::GridSpec{}) {}
 
   std::unique_ptr<pc::MergeBackend> merge;
   std::unique_ptr<pc::Associator> association;
@@ -51,7 +53,9 @@ void* yarm_chain_new(const char* backend, const char* associator) {
   }
 }
 
-void yarm_chain_free(void* chain) { const std::unique_ptr<Chain> owned(static_cast<Chain*>(chain)); }
+void yarm_chain_free(void* chain) {
+  const std::unique_ptr<Chain> owned(static_cast<Chain*>(chain));
+}
 
 /// Starts a set: forgets clouds, seeds, shapes and poses of the set before.
 void yarm_chain_begin(void* chain) {
@@ -62,8 +66,10 @@ void yarm_chain_begin(void* chain) {
   c->links.clear();
 }
 
-/// Adds a camera: 16-byte points in its optical frame; T_world_camera is row-major 4 x 4. The data must live until _run.
-void yarm_chain_cloud(void* chain, const void* data, int width, int height, const double* T_world_camera, long long stamp_ns) {
+/// Adds a camera: 16-byte points in its optical frame; T_world_camera is row-major 4 x 4. The data must live until
+/// _run.
+void yarm_chain_cloud(void* chain, const void* data, int width, int height, const double* T_world_camera,
+                      long long stamp_ns) {
   pc::CameraCloud cloud;
   cloud.data = static_cast<const std::uint8_t*>(data);
   cloud.width = static_cast<std::size_t>(width);
@@ -133,7 +139,9 @@ int yarm_chain_cells(void* chain, int object, int* out, int capacity) {
 }
 
 /// Number of points in the box.
-int yarm_chain_points(void* chain) { return static_cast<int>(static_cast<Chain*>(chain)->set.points.size()); }
+int yarm_chain_points(void* chain) {
+  return static_cast<int>(static_cast<Chain*>(chain)->set.points.size());
+}
 
 /// Copies the owner of each point: index of the object, -1 nobody.
 void yarm_chain_owners(void* chain, int* out) {
@@ -155,8 +163,9 @@ void yarm_factory_free(void* factory) {
   const std::unique_ptr<yarm::test::SceneFactory> owned(static_cast<yarm::test::SceneFactory*>(factory));
 }
 
-/// Renders the cell with so many robots and debris into arrays of 4 cameras x 102400 pixels: points (4 floats each), truth
-/// (index of the body, -1 floor, -2 nothing) and poses (row-major 4 x 4). Body order: table, stand, hc10_barc, robots, debris.
+/// Renders the cell with so many robots and debris into arrays of 4 cameras x 102400 pixels: points (4 floats each),
+/// truth (index of the body, -1 floor, -2 nothing) and poses (row-major 4 x 4). Body order: table, stand, hc10_barc,
+/// robots, debris.
 void yarm_factory_render(void* factory, int robots, int debris, float* points, short* truth, double* poses) {
   const yarm::test::Scene scene = yarm::test::standardCell(robots, debris);
   for (const yarm::test::Render& r : static_cast<yarm::test::SceneFactory*>(factory)->render(scene)) {

@@ -11,14 +11,14 @@ namespace yarm::perception {
 
 /// Parameters of the association.
 struct AssociationParams {
-  GridSpec grid;                     ///< of the map the result goes to
-  double search_radius{0.2};         ///< r: reach of a seed, and of a robot over stray points, metres
-  double shape_tolerance{0.015};     ///< how far a body may differ from its known shape, metres
-  double noise_sigmas{4.5};          ///< a known surface explains points up to this many sigmas of their noise from it
-  int unknown_min_points{2};         ///< fewest points in a set that speak for an unknown thing
-  int unknown_window{3};             ///< sets looked back at for persistence
-  int unknown_hits{2};               ///< sets of that window in which an unknown thing must show
-  double cloud_spacing{0.05};        ///< point spacing of clouds learnt in calibration, metres
+  GridSpec grid;                  ///< of the map the result goes to
+  double search_radius{0.2};      ///< r: reach of a seed, and of a robot over stray points, metres
+  double shape_tolerance{0.015};  ///< how far a body may differ from its known shape, metres
+  double noise_sigmas{4.5};       ///< a known surface explains points up to this many sigmas of their noise from it
+  int unknown_min_points{2};      ///< fewest points in a set that speak for an unknown thing
+  int unknown_window{3};          ///< sets looked back at for persistence
+  int unknown_hits{2};            ///< sets of that window in which an unknown thing must show
+  double cloud_spacing{0.05};     ///< point spacing of clouds learnt in calibration, metres
 };
 
 /// Everything one set is associated from.
@@ -46,8 +46,8 @@ class Associator {
   Associator() = default;
 };
 
-/// "yarm": known shapes and calibrated surfaces first, then connectivity. "original": the published algorithm with all its
-/// weaknesses, for comparison. Throws std::invalid_argument, naming every fault, on a bad name or bad parameters.
+/// "yarm": known shapes and calibrated surfaces first, then connectivity. "original": the published algorithm with all
+/// its weaknesses, for comparison. Throws std::invalid_argument, naming every fault, on a bad name or bad parameters.
 [[nodiscard]] std::unique_ptr<Associator> makeAssociator(const std::string& name, const AssociationParams& params);
 
 }  // namespace yarm::perception

@@ -11,9 +11,9 @@ namespace yarm::perception {
 
 /// Axial noise of a Kinect-like camera: sigma(z) = base + slope * (z - offset)^2, z = depth along the optical axis.
 struct NoiseModel {
-  float base{0.0012F};    ///< metres
-  float slope{0.0019F};   ///< 1/metres
-  float offset{0.4F};     ///< metres
+  float base{0.0012F};   ///< metres
+  float slope{0.0019F};  ///< 1/metres
+  float offset{0.4F};    ///< metres
 
   /// Standard deviation at a depth, metres.
   [[nodiscard]] float sigma(float depth) const {
@@ -24,19 +24,19 @@ struct NoiseModel {
 
 /// Parameters of transforming, cropping and voxelising.
 struct MergeParams {
-  std::array<double, 3> voxel_size{0.1, 0.1, 0.1};   ///< edges of a voxel, metres; at most 2^26 voxels in the box
-  std::array<double, 3> box_min{-2.5, -2.5, 0.01};   ///< lower limits of the box (inclusive), metres, world
-  std::array<double, 3> box_max{2.5, 2.5, 1.3};      ///< upper limits of the box (inclusive), metres, world
-  NoiseModel noise;                                  ///< of the cameras
-  double floor_sigmas{4.0};   ///< a point must be above z = 0 by this many sigmas of its vertical noise; 0 = plain box
-  double absurd_limit{100.0}; ///< a coordinate beyond this (or infinite) makes the whole cloud absurd, metres
+  std::array<double, 3> voxel_size{0.1, 0.1, 0.1};  ///< edges of a voxel, metres; at most 2^26 voxels in the box
+  std::array<double, 3> box_min{-2.5, -2.5, 0.01};  ///< lower limits of the box (inclusive), metres, world
+  std::array<double, 3> box_max{2.5, 2.5, 1.3};     ///< upper limits of the box (inclusive), metres, world
+  NoiseModel noise;                                 ///< of the cameras
+  double floor_sigmas{4.0};    ///< a point must be above z = 0 by this many sigmas of its vertical noise; 0 = plain box
+  double absurd_limit{100.0};  ///< a coordinate beyond this (or infinite) makes the whole cloud absurd, metres
 };
 
 /// Parameters of Euclidean clustering of the voxels' centroids.
 struct ClusterParams {
-  double tolerance{0.2};   ///< centroids nearer than this are connected, metres
-  int min_size{5};         ///< smallest cluster, voxels
-  int max_size{25000};     ///< largest cluster, voxels
+  double tolerance{0.2};  ///< centroids nearer than this are connected, metres
+  int min_size{5};        ///< smallest cluster, voxels
+  int max_size{25000};    ///< largest cluster, voxels
 };
 
 /// One way of doing the work. Keeps its buffers between calls: not thread safe, one instance a node.

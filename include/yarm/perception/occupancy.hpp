@@ -11,7 +11,8 @@
 
 namespace yarm::perception {
 
-/// Gives each name a number that is unique for the life of the process: a name that left and comes again gets a new one.
+/// Gives each name a number that is unique for the life of the process: a name that left and comes again gets a new
+/// one.
 class UidRegistry {
  public:
   /// Brings the numbers up to the names present now; returns them in the order of the names.
@@ -25,9 +26,9 @@ class UidRegistry {
 /// The grid of one set.
 struct OccupancyGrid {
   GridSpec spec;
-  std::vector<std::int8_t> cells;                 ///< row-major x, y, z: 0 nobody, 1 one object, 2 more than one
+  std::vector<std::int8_t> cells;                       ///< row-major x, y, z: 0 nobody, 1 one object, 2 more than one
   std::vector<std::vector<std::int32_t>> object_cells;  ///< row-major cell indices of each object, ascending, each once
-  std::vector<std::int32_t> collisions;           ///< row-major indices of the cells with value 2, ascending
+  std::vector<std::int32_t> collisions;                 ///< row-major indices of the cells with value 2, ascending
 };
 
 /// Bins every object's seen and hidden points. Buffers are kept between calls: not thread safe.
@@ -36,8 +37,8 @@ class OccupancyBuilder {
   explicit OccupancyBuilder(const GridSpec& spec);
 
   /// The grid of a set; object_cells is parallel to set.objects. Two objects of which neither is a robot (Mobile or
-  /// Manipulator), or of which one is attached to the other, do not collide: the cells they share belong to the looser one
-  /// (Debris, then unknown things, then the attached one). Valid until the next call.
+  /// Manipulator), or of which one is attached to the other, do not collide: the cells they share belong to the looser
+  /// one (Debris, then unknown things, then the attached one). Valid until the next call.
   const OccupancyGrid& build(const AssociatedSet& set);
 
  private:
@@ -50,7 +51,7 @@ class OccupancyBuilder {
   OccupancyGrid grid_;
   std::array<double, 3> min_{};
   std::array<double, 3> resolution_{};
-  std::vector<std::uint64_t> bits_;                          // cells of the object at hand
+  std::vector<std::uint64_t> bits_;                            // cells of the object at hand
   std::vector<std::pair<std::int32_t, std::int32_t>> shared_;  // (cell, object) of the cells claimed more than once
 };
 

@@ -9,15 +9,17 @@ namespace yarm::perception {
 
 /// Distance of a point to a solid's surface and the way there, in the solid's own frame.
 struct SurfaceDistance {
-  float distance{0};                                       ///< metres, negative inside
-  Eigen::Vector3f normal{Eigen::Vector3f::UnitZ()};        ///< outward unit vector: the point minus distance * normal is on the surface
+  float distance{0};  ///< metres, negative inside
+  Eigen::Vector3f normal{
+      Eigen::Vector3f::UnitZ()};  ///< outward unit vector: the point minus distance * normal is on the surface
 };
 
 /// Distance of a point (solid's own frame) to the surface of a solid.
-[[nodiscard]] SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& point);
+[[nodiscard]] SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size,
+                                              const Eigen::Vector3f& point);
 
-/// Where a ray first enters a solid (solid's own frame): the multiple of `direction` from `origin`, +inf when it misses or
-/// when the origin lies inside.
+/// Where a ray first enters a solid (solid's own frame): the multiple of `direction` from `origin`, +inf when it misses
+/// or when the origin lies inside.
 [[nodiscard]] float rayEntry(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& origin,
                              const Eigen::Vector3f& direction);
 

@@ -26,9 +26,9 @@ struct Cell {
 
 /// The mapped volume and its division into cells: cell = floor((p - min) / resolution); outside there is no cell.
 struct GridSpec {
-  std::array<int, 3> size{50, 50, 20};               ///< cells along x, y, z
-  std::array<double, 3> min{-2.5, -2.5, 0.01};       ///< lower bounds, metres, world
-  std::array<double, 3> max{2.5, 2.5, 1.3};          ///< upper bounds (exclusive), metres, world
+  std::array<int, 3> size{50, 50, 20};          ///< cells along x, y, z
+  std::array<double, 3> min{-2.5, -2.5, 0.01};  ///< lower bounds, metres, world
+  std::array<double, 3> max{2.5, 2.5, 1.3};     ///< upper bounds (exclusive), metres, world
 
   /// Number of cells.
   [[nodiscard]] std::size_t count() const;
@@ -47,16 +47,16 @@ struct GridSpec {
 /// One camera's cloud, read in place from its message buffer. The buffer must outlive the call it is handed to.
 /// Coordinates are little-endian float32 in the optical frame (x right, y down, z forward); NaN = nothing in range.
 struct CameraCloud {
-  const std::uint8_t* data{nullptr};                                   ///< first byte of the first point
-  std::size_t width{0};                                                ///< points in a row
-  std::size_t height{0};                                               ///< rows
-  std::size_t point_step{16};                                          ///< bytes from one point to the next
-  std::size_t row_step{0};                                             ///< bytes from one row to the next; 0 = width * point_step
-  std::size_t x_offset{0};                                             ///< byte offset of x within a point
-  std::size_t y_offset{4};                                             ///< byte offset of y
-  std::size_t z_offset{8};                                             ///< byte offset of z
-  Eigen::Isometry3f T_world_camera{Eigen::Isometry3f::Identity()};     ///< pose of the optical frame at the capture time
-  StampNs stamp_ns{0};                                                 ///< capture time
+  const std::uint8_t* data{nullptr};  ///< first byte of the first point
+  std::size_t width{0};               ///< points in a row
+  std::size_t height{0};              ///< rows
+  std::size_t point_step{16};         ///< bytes from one point to the next
+  std::size_t row_step{0};            ///< bytes from one row to the next; 0 = width * point_step
+  std::size_t x_offset{0};            ///< byte offset of x within a point
+  std::size_t y_offset{4};            ///< byte offset of y
+  std::size_t z_offset{8};            ///< byte offset of z
+  Eigen::Isometry3f T_world_camera{Eigen::Isometry3f::Identity()};  ///< pose of the optical frame at the capture time
+  StampNs stamp_ns{0};                                              ///< capture time
 };
 
 /// A point inside the box, 32 bytes: it is sent between processes as it lies in memory.
@@ -70,20 +70,20 @@ static_assert(sizeof(MergedPoint) == 32, "MergedPoint is a wire format");
 
 /// What became of one camera's cloud.
 struct CameraReport {
-  std::size_t points{0};   ///< points read
-  std::size_t kept{0};     ///< points inside the box and above the floor's noise
-  bool absurd{false};      ///< it had infinite or absurd coordinates; all its points were dropped
+  std::size_t points{0};  ///< points read
+  std::size_t kept{0};    ///< points inside the box and above the floor's noise
+  bool absurd{false};     ///< it had infinite or absurd coordinates; all its points were dropped
 };
 
 /// One camera set brought together: points, voxels and clusters. Voxels and clusters can be made again from the points.
 struct MergedSet {
-  StampNs stamp_ns{0};                          ///< oldest capture time of the set
-  std::vector<MergedPoint> points;              ///< by camera, then in the order of the cloud
-  std::vector<CameraReport> cameras;            ///< one entry a camera
-  std::vector<std::int32_t> voxel_of_point;     ///< index into centroids
-  std::vector<Eigen::Vector3f> centroids;       ///< centroid of the points of each voxel, by voxel x fastest, then y, then z
-  std::vector<std::int32_t> voxel_points;       ///< number of points of each voxel
-  std::vector<std::int32_t> cluster_of_voxel;   ///< index into clusters, -1 where the cluster was too small or large
+  StampNs stamp_ns{0};                       ///< oldest capture time of the set
+  std::vector<MergedPoint> points;           ///< by camera, then in the order of the cloud
+  std::vector<CameraReport> cameras;         ///< one entry a camera
+  std::vector<std::int32_t> voxel_of_point;  ///< index into centroids
+  std::vector<Eigen::Vector3f> centroids;  ///< centroid of the points of each voxel, by voxel x fastest, then y, then z
+  std::vector<std::int32_t> voxel_points;  ///< number of points of each voxel
+  std::vector<std::int32_t> cluster_of_voxel;  ///< index into clusters, -1 where the cluster was too small or large
   std::vector<std::vector<std::int32_t>> clusters;  ///< voxels of each cluster, ascending; largest cluster first
 };
 
@@ -97,19 +97,19 @@ enum class ObjectKind { kMobile, kManipulator, kDebris, kTarget, kObstacle };
 
 /// Where one registered object is.
 struct Seed {
-  std::string name;                                                ///< unique name of the object
-  ObjectKind object{ObjectKind::kObstacle};                        ///< what it is
-  bool is_static{true};                                            ///< true when it never moves by itself
-  Eigen::Isometry3d T_world_seed{Eigen::Isometry3d::Identity()};   ///< at the capture time of the set
-  StampNs stamp_ns{0};                                             ///< true time of the transform
+  std::string name;                                               ///< unique name of the object
+  ObjectKind object{ObjectKind::kObstacle};                       ///< what it is
+  bool is_static{true};                                           ///< true when it never moves by itself
+  Eigen::Isometry3d T_world_seed{Eigen::Isometry3d::Identity()};  ///< at the capture time of the set
+  StampNs stamp_ns{0};                                            ///< true time of the transform
 };
 
 /// A solid with a known shape. Its origin is its centre; a cylinder's or capsule's axis is z.
 struct Solid {
   enum class Shape { kBox, kSphere, kCylinder, kCapsule };
   Shape shape{Shape::kBox};
-  Eigen::Vector3d size{0.0, 0.0, 0.0};  ///< box: edges x, y, z; else: radius in x, length along the axis in z (a capsule's
-                                        ///< without its caps), metres
+  Eigen::Vector3d size{0.0, 0.0, 0.0};  ///< box: edges x, y, z; else: radius in x, length along the axis in z (a
+                                        ///< capsule's without its caps), metres
   Eigen::Isometry3d T_frame_solid{Eigen::Isometry3d::Identity()};  ///< pose in the tf frame it is fixed to
   std::string frame;                                               ///< that tf frame
 };
@@ -133,14 +133,14 @@ struct AssociatedObject {
   ObjectKind object{ObjectKind::kObstacle};  ///< what it is
   bool is_static{true};                      ///< "static" or "dynamic"
   Eigen::Isometry3d T_world_seed{Eigen::Isometry3d::Identity()};  ///< for an unknown: at the centroid of its points
-  StampNs stamp_ns{0};                       ///< time of T_world_seed
-  std::vector<Eigen::Vector3f> points;       ///< seen points, metres, world; those a known surface explains lie on it
-  std::vector<std::uint32_t> source;         ///< index of each of `points` in MergedSet::points (points may have come from
-                                             ///< another set in the original variant: then empty)
-  std::vector<Eigen::Vector3f> hidden;       ///< points that stand for what is there but not seen: insides of known solids,
-                                             ///< hidden sides, carried clouds; metres, world
-  std::vector<std::string> attached_to;      ///< objects this one rests on or is bolted to: sharing cells with them is no
-                                             ///< collision, and the shared cells are this object's
+  StampNs stamp_ns{0};                                            ///< time of T_world_seed
+  std::vector<Eigen::Vector3f> points;   ///< seen points, metres, world; those a known surface explains lie on it
+  std::vector<std::uint32_t> source;     ///< index of each of `points` in MergedSet::points (points may have come from
+                                         ///< another set in the original variant: then empty)
+  std::vector<Eigen::Vector3f> hidden;   ///< points that stand for what is there but not seen: insides of known solids,
+                                         ///< hidden sides, carried clouds; metres, world
+  std::vector<std::string> attached_to;  ///< objects this one rests on or is bolted to: sharing cells with them is no
+                                         ///< collision, and the shared cells are this object's
 };
 
 /// The result of one association.
