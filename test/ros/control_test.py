@@ -8,6 +8,7 @@ import threading
 import unittest
 from typing import List
 
+import rosnode
 import rospy
 import rostest
 from actionlib import SimpleActionClient
@@ -149,6 +150,16 @@ class ControlTest(unittest.TestCase):
         self.wait_moving("ankurbot_1")
         self.event("restart")
         self.assertIn("backwards", self.finish(client, GoalStatus.ABORTED))
+        self.reach_in_the_end("ankurbot_1", Pose2(0.4, 0.9, 2.5))
+
+    def test_a_server_that_ends_stops_its_robots_and_comes_back(self) -> None:
+        self.send("ankurbot_1", Pose2(0.2, 2.4, 2.5))
+        self.wait_moving("ankurbot_1")
+        killed, failed = rosnode.kill_nodes(["/multi_robot_controls_server"])
+        self.assertEqual((killed, failed), (["/multi_robot_controls_server"], []))
+        ended_s = rospy.get_time()
+        while self.speed("ankurbot_1") > 0.01:
+            self.assertLess(rospy.get_time() - ended_s, 1.5)
         self.reach_in_the_end("ankurbot_1", Pose2(0.4, 0.9, 2.5))
 
     def reach_in_the_end(self, name: str, target: Pose2) -> None:

@@ -36,6 +36,8 @@ ROBOT_TYPES: Mapping[str, Union[Type[MobileUnit], Type[ArmUnit]]] = {
 ROBOT_KINDS = ("Mobile", "Manipulator")
 WATCH_PERIOD_S = 0.1
 SILENCE_S = 3.0
+FAREWELL_S = 0.1
+"""Wall time for the last commands to leave the node, s."""
 JUMP_AHEAD_S = 0.1
 """Lock-step: a longer step ahead is its beginning; camera sets of before are not waited for, s."""
 SAME_TICK_S = 0.004
@@ -92,6 +94,7 @@ class ControlsServer:
 
     def spin(self) -> None:
         """Work until the node is shut down."""
+        rospy.on_shutdown(self._on_shutdown)
         while not rospy.is_shutdown():
             with self._condition:
                 self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
@@ -107,8 +110,13 @@ class ControlsServer:
                         self._seeds.popleft()
                 self._tick(message)
             self._watch()
-        for name in list(self._robots):
-            self._robots[name].unit.cancel("shutting down")
+
+    def _on_shutdown(self) -> None:
+        """No robot drives on without its server; called before the topics close."""
+        for robot in list(self._robots.values()):
+            if robot.server.goal() is not None:
+                robot.unit.cancel("the controls server is shutting down")
+        time.sleep(FAREWELL_S)
 
     # Callbacks: store and wake.
 
@@ -199,7 +207,7 @@ class ControlsServer:
         self._take_events(name, robot, now_s)
         age_s = now_s - robot.pose.stamp_s
         if age_s > self._params.hold_s:
-            self._hold(name, robot, age_s)
+            self._hold(name, robot, age_s, now_s)
         else:
             robot.held = False
             end = robot.unit.tick(robot.pose, now_s)
@@ -236,12 +244,13 @@ class ControlsServer:
             robot.goal_since_s = now_s
             robot.unit.start(goal)
 
-    def _hold(self, name: str, robot: _Robot, age_s: float) -> None:
-        """Stand still while the pose is old; give the goal up when it stays so."""
+    def _hold(self, name: str, robot: _Robot, age_s: float, now_s: float) -> None:
+        """Stand still while the pose is old; give the goal up when it stays so (a new goal waits as long, too)."""
         if not robot.held:
             robot.held = True
             robot.unit.hold()
-        if age_s > self._params.stale_s and robot.server.goal() is not None:
+        waited_s = now_s - robot.goal_since_s
+        if min(age_s, waited_s) > self._params.stale_s and robot.server.goal() is not None:
             reason = f"no pose of {name} for {age_s:.1f} s, allowed {self._params.stale_s:g} s: stopped"
             rospy.logerr(reason)
             robot.unit.cancel(reason)
@@ -258,7 +267,7 @@ class ControlsServer:
             return
         for name, robot in self._robots.items():
             self._take_events(name, robot, now_s)
-            self._hold(name, robot, now_s - robot.pose.stamp_s)
+            self._hold(name, robot, now_s - robot.pose.stamp_s, now_s)
             robot.server.keep_alive(now_s)
 
     def _acknowledge(self, seeds: TransformStampedVector) -> None:
