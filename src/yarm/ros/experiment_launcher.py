@@ -15,6 +15,8 @@ from typing import Dict, List, Sequence
 import psutil
 import yaml
 
+from yarm.sim.scene import SceneError, load_scene
+
 STOP_LIMIT_S = 40.0
 INTERRUPTED = 130
 POLL_S = 0.25
@@ -39,6 +41,9 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--speed", type=float, default=1.0, help="greatest speed of the simulation; 0: no limit")
     options.add_argument("--raster", type=float, default=0.0, help="begin when so much of the raster is done, 0 to 1")
     options.add_argument("--soak", type=float, default=0.0, help="simulated seconds to go on with random debris")
+    options.add_argument(
+        "--limit", type=float, default=0.0, help="simulated seconds for the mission; 0: the case's own"
+    )
     options.add_argument("--wall-limit", type=float, default=900.0, help="seconds after which it is stopped")
     options.add_argument("--port", type=int, default=0, help="port of its own ROS master; 0 takes a free one")
     return options
@@ -77,14 +82,24 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "particles": options.particles,
         "speed": options.speed,
         "raster": options.raster,
+        "limit_s": options.limit,
         "soak_s": options.soak,
         "results": Path(options.results).resolve(),
     }
     flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}
+    flags["sander"] = has_manipulator(options.case)
     flags["guarded"] = not options.unguarded
     arguments = [f"{name}:={value}" for name, value in values.items()]
     arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
     return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
+
+
+def has_manipulator(case: str) -> bool:
+    """Whether a scene has one; a scene that cannot be read is left to the simulation to refuse."""
+    try:
+        return bool(load_scene(case).arms)
+    except SceneError:
+        return True
 
 
 def verdict(summary: Path) -> int:

@@ -33,8 +33,14 @@ def test_every_option_becomes_a_launch_argument_that_exists(tmp_path: Path) -> N
     assert call[:5] == ["roslaunch", "-p", "12345", "yarm", "experiment.launch"]
     given = dict(argument.split(":=") for argument in call[5:])
     assert (given["case"], given["seed"], given["sync"], given["rviz"]) == ("3m", "7", "true", "false")
+    assert (given["sander"], given["guarded"]) == ("true", "true")
     launch = (Path(__file__).parents[3] / "launch" / "experiment.launch").read_text()
     assert all(f'<arg name="{name}" default=' in launch for name in given)
+
+
+def test_the_sander_is_left_out_where_there_is_no_manipulator() -> None:
+    assert "sander:=false" in command(parser().parse_args(["--case", "single"]), 1)
+    assert "sander:=true" in command(parser().parse_args(["--case", "no_such_scene"]), 1)
 
 
 def test_a_free_port_is_free() -> None:
