@@ -90,6 +90,7 @@ class CommanderTest(unittest.TestCase):
 
     def go(self, name, at):
         """A new target, and the robot on its way to it."""
+        self.wait(lambda: not self.status.busy, "end of what went before")
         self.put(name, "Target", *at)
         fields = {"current_state": True} if self.status.state == 5 else {"jump_state": 5}
         self.enter(CommanderStatus.BOUNDLESS, **fields)
@@ -165,7 +166,7 @@ class CommanderTest(unittest.TestCase):
         return done.stdout
 
     def pid_of(self, node):
-        uri = rosnode.get_api_uri(rospy.get_master(), "/" + node)
+        uri = rospy.get_master().lookupNode("/" + node)[2]
         return xmlrpc.client.ServerProxy(uri).getPid("/commander_test")[2]
 
 

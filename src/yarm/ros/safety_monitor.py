@@ -138,7 +138,7 @@ class SafetyMonitor:
                 self._frames[transform.child_frame_id.lstrip("/")] = matrix_of_transform(transform.transform)
 
     def _on_tf(self, message: TFMessage) -> None:
-        if not message.transforms:
+        if not message.transforms or rospy.is_shutdown():
             return
         now_s = max(transform.header.stamp.to_sec() for transform in message.transforms)
         if 0.0 <= now_s - self._looked_s < 0.9 / self._params.rate_hz:
