@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Plots what perception_core_bench printed: compute a set against cameras and against points, both back ends.
 
-build/devel/lib/yarm/perception_core_bench | tee results/bench/perception_core.log
-python3 bench/perception_core_plot.py results/bench/perception_core.log results/bench/perception_core.png
+Usage::
+
+    build/devel/lib/yarm/perception_core_bench | tee results/bench/perception_core.log
+    python3 bench/perception_core_plot.py results/bench/perception_core.log results/bench/perception_core.png
 """
 
 from __future__ import annotations

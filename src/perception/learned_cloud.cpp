@@ -6,6 +6,15 @@
 
 namespace yarm::perception {
 
+namespace {
+constexpr std::int64_t kLeastRate = 5;  // a cell must be hit in one set of so many since it was first hit
+}  // namespace
+
+bool LearnedCloud::counts(const Entry& entry) const {
+  const bool often = least_hits_ == 1 || kLeastRate * entry.hits > newest_set_ - entry.first_set;
+  return entry.hits >= least_hits_ && often;
+}
+
 std::int64_t LearnedCloud::keyOf(int x, int y, int z) const {
   constexpr std::int64_t kBias = 1 << 20;
   return ((x + kBias) << 42) | ((y + kBias) << 21) | (z + kBias);
@@ -18,6 +27,8 @@ Eigen::Vector3i LearnedCloud::cellOf(const Eigen::Vector3f& point) const {
 void LearnedCloud::add(const Eigen::Vector3f& point, std::int64_t set) {
   const Eigen::Vector3i c = cellOf(point);
   Entry& entry = cells_[keyOf(c.x(), c.y(), c.z())];
+  entry.first_set = entry.points == 0 ? set : entry.first_set;
+  newest_set_ = set;
   entry.sum += point;
   ++entry.points;
   if (entry.last_set != set) {
@@ -40,7 +51,7 @@ float LearnedCloud::distance(const Eigen::Vector3f& point) const {
     for (int y = c.y() - 1; y <= c.y() + 1; ++y) {
       for (int z = c.z() - 1; z <= c.z() + 1; ++z) {
         const auto found = cells_.find(keyOf(x, y, z));
-        if (found != cells_.end() && found->second.hits >= least_hits_) {
+        if (found != cells_.end() && counts(found->second)) {
           best = std::min(best, (found->second.sum / static_cast<float>(found->second.points) - point).norm());
         }
       }
@@ -52,7 +63,7 @@ float LearnedCloud::distance(const Eigen::Vector3f& point) const {
 std::vector<Eigen::Vector3f> LearnedCloud::points() const {
   std::vector<std::pair<std::int64_t, Eigen::Vector3f>> keyed;
   for (const auto& [key, entry] : cells_) {
-    if (entry.hits >= least_hits_) {
+    if (counts(entry)) {
       keyed.emplace_back(key, entry.sum / static_cast<float>(entry.points));
     }
   }

@@ -9,7 +9,8 @@
 
 namespace yarm::perception {
 
-/// Points gathered over several sets. A cell counts once it was hit in enough different sets.
+/// Points gathered over several sets. A cell counts once it was hit in enough different sets, and often enough since:
+/// noise hits any cell sometime.
 class LearnedCloud {
  public:
   /// `spacing`: edge of a cell, metres; `least_hits`: sets in which a cell must have been hit.
@@ -28,14 +29,17 @@ class LearnedCloud {
     Eigen::Vector3f sum{Eigen::Vector3f::Zero()};
     int points{0};
     int hits{0};
+    std::int64_t first_set{0};
     std::int64_t last_set{-1};
   };
+  [[nodiscard]] bool counts(const Entry& entry) const;
   [[nodiscard]] std::int64_t keyOf(int x, int y, int z) const;
   [[nodiscard]] Eigen::Vector3i cellOf(const Eigen::Vector3f& point) const;
 
   float spacing_;
   int least_hits_;
   int counted_{0};
+  std::int64_t newest_set_{0};
   Eigen::Array3f low_{Eigen::Array3f::Constant(1e9F)};
   Eigen::Array3f high_{Eigen::Array3f::Constant(-1e9F)};
   std::unordered_map<std::int64_t, Entry> cells_;
