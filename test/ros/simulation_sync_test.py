@@ -120,7 +120,7 @@ class SyncTest(unittest.TestCase):
             "sync_start": START_S,
             "real_time_factor": 0.0,
             "sync_timeout": 5.0,
-            "tick_participants": [self.me],
+            "tick_participants": [self.me, "hc10_state_machine"],
             "set_participants": ["commander"],
             **params,
         }

@@ -74,6 +74,8 @@ class SimulationNode:
         self._script = Script(scene.events)
         self._off: Tuple[int, ...] = ()
         self._version = -1
+        absent = () if scene.arms else params.arm_participants
+        self._tick_participants = tuple(node for node in params.tick_participants if node not in absent)
         self._live = not params.sync
         self._just_live = False
         self._sets = 0
@@ -190,7 +192,7 @@ class SimulationNode:
         params = self._params
         if is_set and params.wait_for_metadata and self._inbox.metadata_ns != stamp_ns:
             return f"no planning_metadata of this set (newest: {self._inbox.metadata_ns / 1e9:.4f} s)"
-        missing = missing_acks(self._inbox, params.tick_participants, stamp_ns, counted=True)
+        missing = missing_acks(self._inbox, self._tick_participants, stamp_ns, counted=True)
         if missing is None and is_set:
             missing = missing_acks(self._inbox, params.set_participants, stamp_ns, counted=False)
         return missing
@@ -216,7 +218,7 @@ class SimulationNode:
 
     def _unheard(self) -> str:
         params = self._params
-        silent = [n for n in params.tick_participants + params.set_participants if n not in self._inbox.acks]
+        silent = [n for n in self._tick_participants + params.set_participants if n not in self._inbox.acks]
         if params.wait_for_metadata and self._inbox.metadata_ns < 0:
             silent.append("planning_metadata")
         return f"nothing heard from {', '.join(silent)}" if silent else ""

@@ -24,6 +24,9 @@ class SimulationParams(WorldParams):
     clearance_every: int = param(1, "", "camera sets per message of sim/clearance", low=1, high=300)
     sync: bool = param(False, "", "lock-step: after each tick wait for every participant")
     tick_participants: Tuple[str, ...] = param((), "", "lock-step: nodes that acknowledge every tick")
+    arm_participants: Tuple[str, ...] = param(
+        ("hc10_state_machine",), "", "lock-step: those of them that have nothing to say where no manipulator is"
+    )
     set_participants: Tuple[str, ...] = param((), "", "lock-step: nodes that acknowledge every camera set")
     wait_for_metadata: bool = param(True, "", "lock-step: wait for planning_metadata of every camera set")
     sync_timeout: float = param(10.0, "s", "lock-step: wall time to wait for a participant", low=0.1, high=600)
