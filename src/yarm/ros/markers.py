@@ -170,7 +170,7 @@ class MarkerBoard:
         words = f"{int(status.state)} {status.state.name}{' busy' if status.busy else ''} {status.outcome}".rstrip()
         lines = [words] + ([status.reason] if status.reason else [])
         lines += [f"{t.robot or '-'} > {t.goal}: {t.status}" for t in status.tasks]
-        return text("state", "\n".join(lines), (-2.2, 2.2, 1.9), 0.14)
+        return text("state", "\n".join(lines), (-2.3, -1.2, 1.9), 0.14)
 
     @staticmethod
     def _masks(world: World) -> List[Marker]:
