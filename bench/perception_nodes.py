@@ -20,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import islice
 from pathlib import Path
 from typing import Any, Dict, Iterator, List
 
@@ -29,7 +30,6 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "test"))
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
 PORT = 11399
-RECORD_LIMIT_S = 300.0
 CASES = [
     ("fused", True, False),
     ("fused", True, True),
@@ -69,26 +69,26 @@ def busy_core(wanted: bool) -> Iterator[None]:
 
 
 def record(path: Path, scene: str, sets: int) -> None:
-    """Write camera sets of a simulation in lock-step, as they come over the wire."""
-    import rospy  # noqa: PLC0415
+    """Write camera sets of a simulated cell in motion, as they go over the wire."""
+    from support import recorder  # noqa: PLC0415
 
-    from support import golden, recorder  # noqa: PLC0415
-
-    rospy.init_node(recorder.NODE, disable_signals=True)
-    whole: List[Any] = []
-    recording = recorder.Recorder(whole.append)
-    with launched(recorder.command(scene), path.with_suffix(".log")):
-        end = time.monotonic() + RECORD_LIMIT_S
-        while len(whole) < sets:
-            if time.monotonic() > end:
-                raise TimeoutError(f"only {len(whole)} of {sets} sets of {scene} came within {RECORD_LIMIT_S:.0f} s")
-            time.sleep(0.1)
-    parts = [golden.to_bytes(recording.fixed_frames), whole[0].registry]
-    for taken in whole[:sets]:
-        parts += [taken.frames, *taken.clouds]
+    whole = list(islice(recorder.camera_sets(scene), sets + recorder.STILL_SETS))[-sets:]
+    parts = [whole[-1].fixed_frames, whole[-1].registry]
+    for taken in whole:
+        parts += [taken.frames, *taken.messages()]
     with path.open("wb") as file:
         file.write(struct.pack("<II", sets, len(whole[0].clouds)))
         file.writelines(struct.pack("<I", len(part)) + part for part in parts)
+
+
+def use_simulated_time() -> None:
+    """Tell the nodes, once the master is up."""
+    for _ in range(30):
+        done = subprocess.run(["rosparam", "set", "/use_sim_time", "true"], check=False, stderr=subprocess.DEVNULL)
+        if done.returncode == 0:
+            return
+        time.sleep(1.0)
+    raise TimeoutError("no ROS master within 30 s")
 
 
 def usage(processes: List[psutil.Process]) -> Dict[str, float]:
@@ -154,27 +154,20 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=930, help="sets played a case, the first 30 not measured")
     parser.add_argument("--record-sets", type=int, default=24)
     parser.add_argument("--recording", type=Path, help="use or make this recording")
-    parser.add_argument("--record", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--cases", type=int, default=len(CASES), help="only the first cases")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--fuzz", type=int, default=0, help="clouds with lies to try under AddressSanitizer")
     options = parser.parse_args()
-    if options.record:
-        record(options.record, options.scene, options.record_sets)
-        return
     targets = ["perception_nodes_player"] + (["cloud_reader_fuzz_test"] if options.fuzz else [])
     subprocess.run(["make", "-C", str(BUILD), *targets], check=True, stdout=subprocess.DEVNULL)
     os.environ["ROS_MASTER_URI"] = f"http://localhost:{PORT}"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         with launched(["roscore", "-p", str(PORT)], folder / "roscore.log"):
-            time.sleep(3.0)
-            subprocess.run(["rosparam", "set", "/use_sim_time", "true"], check=True)
+            use_simulated_time()
             recording = options.recording or folder / "sets.bin"
             if not recording.is_file():
-                arguments = ["--record", str(recording), "--scene", options.scene]
-                arguments += ["--record-sets", str(options.record_sets)]
-                subprocess.run([sys.executable, __file__, *arguments], check=True)
+                record(recording, options.scene, options.record_sets)
             print(
                 f"{'':6} {'':9} {'':13}  p50 ms  p99 ms  max ms  dropped        CPU ms/set faults/set  load", flush=True
             )

@@ -122,7 +122,7 @@ class Thing:
     def seed(self) -> np.ndarray:
         """Matrix (4, 4) world <- seed."""
         matrix = np.eye(4)
-        matrix[:3, 3] = self.centre + [0.0, 0.0, self.size[2] / 2]
+        matrix[:3, 3] = self.centre + np.array([0.0, 0.0, self.size[2] / 2])
         return matrix
 
 

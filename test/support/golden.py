@@ -1,6 +1,6 @@
 """The golden recording: a few camera sets of a simulated cell with their frames, registry and the metadata they give.
 
-Depths are kept in steps of 4 mm and only near the mapped volume, so that the file stays small; 0 means nothing in range.
+Depths are kept in steps of 4 mm and only near the mapped volume, so that the file stays small; 0: nothing in range.
 Messages are kept as they go over the wire.
 """
 

@@ -1,100 +1,99 @@
-"""Takes whole camera sets from a simulation that waits for it in lock-step, so that a slow machine loses nothing.
-
-    roslaunch yarm simulation.launch scene:=2m1ma sync:=true wait_for_metadata:=false set_participants:=[recorder]
-
-``COMMAND`` is that command. The node must be called ``recorder``.
-"""
+"""Camera sets of a simulated cell in which robots and the arm move, as messages; needs no ROS master."""
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Dict, Iterator, List, Tuple
 
+import numpy as np
 import rospy
-from geometry_msgs.msg import Twist
-from rospy.msg import AnyMsg
-from tf2_msgs.msg import TFMessage
-from yarm.msg import StepAck
+from yarm.msg import ObjectRegistry
 
-from yarm.ros import names
+from support.golden import to_bytes
+from yarm.ros import names, simulation_outbox
+from yarm.ros.simulation_clouds import RawCloud
+from yarm.sim.camera_model import KINECT
+from yarm.sim.cameras import Eyes
+from yarm.sim.scene import ThingSpec, load_scene
+from yarm.sim.world import World
 
-NODE = "recorder"
 CAMERAS = (1, 2, 3, 4)
+TICKS_A_SET = 2
+STILL_SETS = 6
 SPEED_MPS = 0.3
-
-
-def command(scene: str) -> List[str]:
-    """The command that starts the simulation this module records from."""
-    lockstep = ["sync:=true", "wait_for_metadata:=false", f"set_participants:=[{NODE}]"]
-    return ["roslaunch", "yarm", "simulation.launch", f"scene:={scene}", *lockstep]
+DEBRIS = ThingSpec("debris_9", "Debris", -0.2, 0.1, 0.76, 0.5, ())
 
 
 @dataclass(frozen=True)
 class WholeSet:
-    """Serialised messages of one capture time: TFMessage, ObjectRegistry, and a PointCloud2 a camera."""
+    """One capture time.
+
+    Attributes:
+        stamp_ns: capture time, ns.
+        still: nothing has moved yet.
+        frames: serialised TFMessage of every frame that moves.
+        fixed_frames: serialised TFMessage of the others.
+        registry: serialised ObjectRegistry.
+        clouds: points of each camera, (height, width) of ``CLOUD_DTYPE``, optical frame.
+        cameras: T_world_optical (4, 4) of each camera.
+    """
 
     stamp_ns: int
+    still: bool
     frames: bytes
+    fixed_frames: bytes
     registry: bytes
-    clouds: Tuple[bytes, ...]
+    clouds: Tuple[np.ndarray, ...]
+    cameras: Tuple[np.ndarray, ...]
+
+    def messages(self) -> List[bytes]:
+        """The clouds as serialised PointCloud2."""
+        stamp = rospy.Time(*divmod(self.stamp_ns, 10**9))
+        raw = [RawCloud(names.camera_optical_frame(c), KINECT.height, KINECT.width, 16) for c in CAMERAS]
+        return [to_bytes(r.fill(stamp, np.ascontiguousarray(cloud))) for r, cloud in zip(raw, self.clouds)]
 
 
-class Recorder:
-    """Calls back with every whole set while the simulation waits, drives a robot on and lets the simulation go on."""
+def camera_sets(scene: str) -> Iterator[WholeSet]:
+    """Sets without end, at the cameras' rate: ``STILL_SETS`` at rest, then debris appears and everybody moves."""
+    with World(load_scene(scene)) as world:
+        eyes = Eyes(1, True)
+        version, count = -1, 0
+        while True:
+            if count == STILL_SETS:
+                world.spawn(DEBRIS)
+                _set_off(world)
+            for _ in range(TICKS_A_SET):
+                world.tick()
+            if version != world.version:
+                version = world.version
+                eyes.look_at(world.bodies, world.transforms())
+            yield _whole(world, eyes, count)
+            count += 1
 
-    def __init__(self, on_set: Callable[[WholeSet], None]) -> None:
-        """Start; the callback comes on a subscriber's thread, one at a time."""
-        self._on_set = on_set
-        self._lock = threading.Lock()
-        self._fixed: Dict[str, Any] = {}
-        self._registry = b""
-        self._frames: Dict[int, bytes] = {}
-        self._clouds: Dict[int, Dict[int, bytes]] = {}
-        self._commands = 0
-        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=10)
-        self._drive = rospy.Publisher(names.cmd_vel("ankurbot_1"), Twist, queue_size=10)
-        rospy.Subscriber("/tf_static", TFMessage, self._on_fixed)
-        rospy.Subscriber("/tf", AnyMsg, self._on_tf)
-        rospy.Subscriber(names.OBJECT_REGISTRY, AnyMsg, self._on_registry)
-        for camera in CAMERAS:
-            rospy.Subscriber(names.camera_points(camera), AnyMsg, self._on_cloud, camera, buff_size=1 << 23)
 
-    @property
-    def fixed_frames(self) -> TFMessage:
-        """The fixed frames heard so far."""
-        return TFMessage(list(self._fixed.values()))
+def _set_off(world: World) -> None:
+    for robot in world.robots.values():
+        robot.drive(SPEED_MPS, 0.0, 5.0)
+    for arm in world.arms.values():
+        joints, at, _ = arm.joint_readings()
+        ahead = [[at[0] + turn, *at[1:]] for turn in (0.2, 0.4, 0.6)]
+        arm.follow(joints, ahead, [1.0, 2.0, 3.0])
 
-    def _on_fixed(self, message: TFMessage) -> None:
-        self._fixed.update({t.child_frame_id: t for t in message.transforms})
 
-    def _on_registry(self, message: AnyMsg) -> None:
-        self._registry = message._buff
-
-    def _on_tf(self, message: AnyMsg) -> None:
-        stamp = TFMessage().deserialize(message._buff).transforms[0].header.stamp
-        with self._lock:
-            self._frames[stamp.to_nsec()] = message._buff
-            self._take(stamp.to_nsec())
-
-    def _on_cloud(self, message: AnyMsg, camera: int) -> None:
-        secs, nsecs = (int.from_bytes(message._buff[at : at + 4], "little") for at in (4, 8))
-        with self._lock:
-            self._clouds.setdefault(secs * 10**9 + nsecs, {})[camera] = message._buff
-            self._take(secs * 10**9 + nsecs)
-
-    def _take(self, stamp_ns: int) -> None:
-        clouds = self._clouds.get(stamp_ns, {})
-        if len(clouds) < len(CAMERAS) or stamp_ns not in self._frames:
-            return
-        whole = WholeSet(stamp_ns, self._frames[stamp_ns], self._registry, tuple(clouds[c] for c in CAMERAS))
-        self._clouds.clear()
-        self._frames.clear()
-        self._on_set(whole)
-        forward = Twist()
-        forward.linear.x = SPEED_MPS
-        self._drive.publish(forward)
-        self._commands += 1
-        ack = StepAck(node=NODE, commands_sent=self._commands)
-        ack.header.stamp = rospy.Time(stamp_ns // 10**9, stamp_ns % 10**9)
-        self._ack.publish(ack)
+def _whole(world: World, eyes: Eyes, count: int) -> WholeSet:
+    poses = world.transforms()
+    stamp = rospy.Time(*divmod(world.time_ns, 10**9))
+    fixed: Dict[str, np.ndarray] = simulation_outbox.frame_poses(list(eyes.overhead_poses))
+    for body in world.bodies.values():
+        fixed.update(body.static_frames)
+    moving = {frame: pose for frame, pose in poses.items() if frame not in fixed}
+    registry = ObjectRegistry(entries=[simulation_outbox._entry(body) for body in world.bodies.values()])
+    return WholeSet(
+        stamp.to_nsec(),
+        count < STILL_SETS,
+        to_bytes(simulation_outbox._transform_message(stamp, moving)),
+        to_bytes(simulation_outbox._transform_message(stamp, fixed)),
+        to_bytes(registry),
+        tuple(eyes.overhead_cloud(camera, poses, count).copy() for camera in CAMERAS),
+        tuple(np.asarray(pose) for pose in eyes.overhead_poses),
+    )
