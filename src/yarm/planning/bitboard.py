@@ -9,7 +9,7 @@ every robot, so that shifting a shape by any column of the grid neither loses a 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import List, Sequence, Tuple
 
 import numpy as np
@@ -36,7 +36,7 @@ class Layout:
     shape: Tuple[int, int, int]
     border: int
 
-    @property
+    @cached_property
     def stride(self) -> int:
         """Distance in bits between (x, y) and (x + 1, y)."""
         return self.shape[1] + 2 * self.border
@@ -52,7 +52,7 @@ class Layout:
         row = (1 << (y1 - y0 + 1)) - 1
         return _repeat(row, x1 - x0 + 1, self.stride) << self.bit(x0, y0)
 
-    @property
+    @cached_property
     def field(self) -> Board:
         """Board of every column of the grid."""
         return self.rectangle(0, self.shape[0] - 1, 0, self.shape[1] - 1)
@@ -98,7 +98,7 @@ class Layout:
         grid = np.stack([self.image_of_board(board) for board in layers], axis=-1)
         return np.argwhere(grid).astype(np.int64)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of bits of a board."""
         return (self.shape[0] + 2 * self.border) * self.stride

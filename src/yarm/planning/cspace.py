@@ -132,9 +132,10 @@ class RobotSpace:
         return self._turned(wrap_angle(self.headings[h] - self.headings[0]), 0.0)
 
     def turn_shape(self, h: int, k: int) -> Shape:
-        """Union of the shapes while turning from one heading to another."""
+        """Union of the shapes while turning from one heading to another; a half turn may go either way round."""
         first = wrap_angle(self.headings[h] - self.headings[0])
-        return self._turned(first, wrap_angle(self.headings[k] - self.headings[h]))
+        angle = wrap_angle(self.headings[k] - self.headings[h])
+        return self._turned(first, angle if abs(angle) < _HALF_TURN_RAD else 2.0 * math.pi)
 
     def _turned(self, first: float, angle: float) -> Shape:
         if angle < 0.0:
@@ -267,10 +268,11 @@ class View:
 
     def stands(self, pose: Pose) -> bool:
         """Whether the robot can stand at a pose."""
+        x, y, h = pose
         gx, gy, _ = self.space.layout.shape
-        if not (0 <= pose[0] < gx and 0 <= pose[1] < gy):
+        if not (0 <= x < gx and 0 <= y < gy):
             return False
-        return not self.blocked(pose[2]) >> self.space.layout.bit(pose[0], pose[1]) & 1
+        return not self.blocked(h) >> (x + self._border) * self._stride + y + self._border & 1
 
     def turns(self, x: int, y: int, h: int, k: int) -> bool:
         """Whether the robot can turn from one heading to another at a column."""
@@ -278,7 +280,7 @@ class View:
             return True
         if self.space.turn_angle(h, k) is None:
             return False
-        return not self.turn_blocked(h, k) >> self.space.layout.bit(x, y) & 1
+        return not self.turn_blocked(h, k) >> (x + self._border) * self._stride + y + self._border & 1
 
     def line(self, ax: int, ay: int, bx: int, by: int, h: int) -> bool:
         """Whether the robot can go straight between two columns of the grid at a heading."""

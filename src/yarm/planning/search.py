@@ -12,7 +12,7 @@ import numpy as np
 from yarm.geometry import IntArray, wrap_angle
 from yarm.planning.bitboard import Board
 from yarm.planning.cost_queue import CostQueue
-from yarm.planning.cspace import Pose, View
+from yarm.planning.cspace import Pose, RobotSpace, View
 from yarm.planning.graph import Neighbours, delaunay_edges, nearest, nearest_edges, neighbours_of
 from yarm.planning.particles import cell_order, moved_order
 from yarm.planning.types import Column
@@ -152,7 +152,8 @@ class _Search:
         self._view, self._graph, self._target = view, graph, target
         self._start: State = (first, start[2])
         self._goal = first + 1
-        self._headings = range(len(view.space.headings))
+        self._goal_x, self._goal_y = target.column
+        self._turns = [turn_costs(view.space, h) for h in range(len(view.space.headings))]
         self._cost: Dict[State, float] = {}
         self._parent: Dict[State, State] = {}
         self._best: Dict[State, float] = {}
@@ -194,10 +195,9 @@ class _Search:
                 self._offer(straight, (other, h), up)
             elif view.line(x, y, ox, oy, h):
                 self._offer(cost + math.hypot(ox - x, oy - y), (other, h), state)
-        for k in self._headings:
-            angle = view.space.turn_angle(h, k)
-            if angle is not None and (node, k) not in self._cost:
-                self._offer(cost + abs(angle) / view.space.turns.rad_per_cell, (node, k), state)
+        for k, turn_cost in self._turns[h]:
+            if (node, k) not in self._cost and view.stands((x, y, k)):
+                self._offer(cost + turn_cost, (node, k), state)
 
     def _offer(self, cost: float, state: State, parent: State) -> None:
         turning = parent[1] != state[1]
@@ -209,8 +209,7 @@ class _Search:
 
     def _left(self, state: State) -> float:
         x, y = self._graph.columns[state[0]]
-        gx, gy = self._target.column
-        left = math.hypot(gx - x, gy - y)
+        left = math.hypot(self._goal_x - x, self._goal_y - y)
         if self._target.heading is not None and self._target.heading != state[1]:
             space = self._view.space
             angle = wrap_angle(space.headings[self._target.heading] - space.headings[state[1]])
@@ -225,6 +224,16 @@ class _Search:
             if self._parent[state] == state:
                 return merged(poses[::-1])
             state = self._parent[state]
+
+
+def turn_costs(space: RobotSpace, h: int) -> Tuple[Tuple[int, float], ...]:
+    """Headings that one turn leads to, and what it costs, cells."""
+    costs = []
+    for k in range(len(space.headings)):
+        angle = space.turn_angle(h, k)
+        if angle is not None:
+            costs.append((k, abs(angle) / space.turns.rad_per_cell))
+    return tuple(costs)
 
 
 def merged(poses: Sequence[Pose]) -> Path:
@@ -362,10 +371,7 @@ class _Flood:
         self._fronts: List[Dict[int, Board]] = [{start[2]: bit}]
         self._turns: List[Tuple[int, int, int]] = []
         for h in range(count):
-            for k in range(count):
-                angle = view.space.turn_angle(h, k)
-                if angle is not None:
-                    self._turns.append((h, k, max(1, round(abs(angle) / view.space.turns.rad_per_cell))))
+            self._turns += [(h, k, max(1, round(cost))) for k, cost in turn_costs(view.space, h)]
         self._longest = max([1, *(cost for _, _, cost in self._turns)])
 
     def run(self, wanted: Callable[[int], Board]) -> Optional[Path]:
