@@ -176,6 +176,18 @@ def test_same_seed_same_plan(request_of, name):
         assert first.robots[robot].step == second.robots[robot].step
 
 
+@pytest.mark.parametrize("name", SAFE_PLANNERS)
+def test_half_turn_is_planned_both_ways_round(request_of, name):
+    """A crate stands where only one way round would sweep it; which way the robot takes is not the planner's choice."""
+    bar = [(0, 0, 0), (-1, 0, 0), (-2, 0, 0), (-3, 0, 0)]
+    for crate in ((10, 6, 0), (10, 14, 0)):
+        request = request_of((20, 20, 1), {"a": ((10, 10), bar)}, {"a": (10, 10)}, {"crate": [crate]})
+        goal = Goal("goal_a", "Target", (10, 10), yaw_rad=math.pi)
+        params = PlannerParams(particles=30, turns_deg=(0.0, 180.0))
+        plan = make_planner(name, params).plan(replace(request, goals={"goal_a": goal}), np.random.default_rng(1))
+        assert check_step(request, plan).safe, check_step(request, plan).reason
+
+
 def test_unknown_planner_is_named():
     with pytest.raises(KeyError, match="no_such"):
         make_planner("no_such")
