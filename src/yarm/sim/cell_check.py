@@ -160,7 +160,7 @@ class _Checker:
 
     def _hover(self, arm: Arm) -> List[Finding]:
         """With the tool up at hover anywhere over the part, a robot can stand at each goal on the part."""
-        poses = [(xy, hover_joints(self._world.client, arm, *xy)) for xy in PART_XY_M]
+        poses = [(xy, tip_joints(self._world.client, arm, *xy, HOVER_TIP_M)) for xy in PART_XY_M]
         lost = [xy for xy, joints in poses if joints is None]
         if lost:
             return [Finding(False, f"{arm.body.name} cannot hover at z {HOVER_TIP_M} over {lost}")]
@@ -191,8 +191,8 @@ class _Checker:
         return least
 
 
-def hover_joints(client: int, arm: Arm, x: float, y: float, tries: int = 12) -> Optional[List[float]]:
-    """Joints, rad, with the sander's tip at (x, y, HOVER_TIP_M) pointing down, within limits; None when not found."""
+def tip_joints(client: int, arm: Arm, x: float, y: float, z: float, tries: int = 12) -> Optional[List[float]]:
+    """Joints, rad, with the sander's tip at (x, y, z), metres, pointing down, within limits; None when not found."""
     down = quaternion_from_rpy(math.pi, 0.0, 0.0).tolist()
     generator = np.random.default_rng(0)
     for attempt in range(tries):
@@ -202,11 +202,11 @@ def hover_joints(client: int, arm: Arm, x: float, y: float, tries: int = 12) -> 
         )
         for _ in range(4):
             joints = pybullet.calculateInverseKinematics(
-                arm.uid, arm.tip_link, [x, y, HOVER_TIP_M], down, maxNumIterations=100, physicsClientId=client
+                arm.uid, arm.tip_link, [x, y, z], down, maxNumIterations=100, physicsClientId=client
             )
             arm.place(list(joints))
         tip = arm.transforms()[f"{arm.body.name}/sander_tip"]
-        near = np.linalg.norm(tip[:3, 3] - (x, y, HOVER_TIP_M)) < 0.005 and tip[2, 2] < -0.999
+        near = np.linalg.norm(tip[:3, 3] - (x, y, z)) < 0.005 and tip[2, 2] < -0.999
         limits = arm.limits
         if near and np.all(np.asarray(joints) >= limits.lower) and np.all(np.asarray(joints) <= limits.upper):
             return list(joints)

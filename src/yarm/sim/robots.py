@@ -215,17 +215,17 @@ class Arm:
         self.limits = JointLimits(
             *(np.array([getattr(joint, key) for joint in joints]) for key in ("lower", "upper", "velocity"))
         )
-        self.path = JointPath(mount.storage, self.limits)
         self._T_world_base = transform_matrix(mount.base_xyz, (0.0, 0.0, 0.0, 1.0))
         self._tools = [(tool, *self._model.rigid_group(tool)) for tool in TOOL_FRAMES]
         self.body = _arm_body(name, self.uid, self._model, self._T_world_base)
         self.place(mount.storage)
-        self._motors()
 
     def place(self, joints: Sequence[float]) -> None:
-        """Put the joints, rad, there at once: for the start and for checks, not for motion."""
+        """Put the joints, rad, there at once and hold them: for the start and for checks, not for motion."""
         for index, angle in zip(self._links, joints):
             pybullet.resetJointState(self.uid, index, angle, physicsClientId=self._client)
+        self.path = JointPath(joints, self.limits)
+        self._motors()
 
     def link_name(self, index: int) -> str:
         """Name of a PyBullet link."""

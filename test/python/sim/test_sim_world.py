@@ -10,9 +10,10 @@ import numpy as np
 import pybullet
 import pytest
 
+from yarm.sim.cell_check import tip_joints
 from yarm.sim.contacts import ContactKind
 from yarm.sim.drive import CASTER_NAMES
-from yarm.sim.robots import Ankurbot, CommandError
+from yarm.sim.robots import Ankurbot, CommandError, arm_mount
 from yarm.sim.scene import Scene, load_scene, scene_from
 from yarm.sim.things import SpawnError, ThingSpec
 from yarm.sim.world import TICK_S, World
@@ -265,3 +266,17 @@ def test_registered_solids_lie_where_the_engine_has_them() -> None:
             if boxes:
                 assert low == pytest.approx(np.min([b[0] for b in boxes], axis=0), abs=0.03), body.name
                 assert high == pytest.approx(np.max([b[1] for b in boxes], axis=0), abs=0.03), body.name
+
+
+def test_the_sander_on_debris_is_counted_apart() -> None:
+    with World(load_scene("1m1ma")) as world:
+        arm = world.arms["hc10_barc"]
+        joints = tip_joints(world.client, arm, -0.25, 0.0, 0.765)
+        assert joints is not None
+        arm.place(arm_mount().storage)
+        world.spawn(ThingSpec("debris_1", "Debris", -0.25, 0.0, 0.75))
+        arm.place(joints)
+        world.contacts.take()
+        world.run(0.5)
+        kinds = {(c.a.link, c.b.link): c.kind for c in world.contacts.take() if "sander" in (c.a.link, c.b.link)}
+        assert set(kinds.values()) == {ContactKind.SANDER_DEBRIS}
