@@ -121,7 +121,7 @@ def _run_distributed(
     cluster = None
     if not scheduler:
         cluster = dask.LocalCluster(
-            n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, dashboard_address=None, memory_limit=0
+            n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, dashboard_address=":0", memory_limit=0
         )
     client = dask.Client(scheduler or cluster)
     try:
