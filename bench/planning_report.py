@@ -56,8 +56,10 @@ _INTRODUCTION = """# Planning benchmarks
     python3 bench/planning.py growth
     python3 bench/planning.py report      # writes this page
 
-Measured on {machine}. Times are processor time of one planning step (a plan for the whole fleet). The planners live as
-long as the run, as the Commander's planner does, and are reset before each instance. Touches are found by brute force
+Measured on {machine}. Times are processor time of one planning step (a plan
+for the whole fleet). The planners live as long as the run, as the Commander's planner does, and are reset before each
+instance. OMPL's searches use the same tables as YARM's and end after 2 s of wall time (so on a busy machine some find
+nothing); "1 s" is BIT* given one second of processor time to shorten its path. Touches are found by brute force
 (`yarm.planning.bruteforce`), refused steps by the independent checker; neither shares code with the planners.
 """
 
@@ -175,6 +177,8 @@ def _plot_growth(growth: Dict[str, List[Record]], path: Path) -> None:
         axis.set_xscale("log")
         axis.set_yscale("log")
         axis.set_xticks(x, [str(v) for v in x])
+        axis.set_ylim(1.0, 500.0)
+        axis.set_yticks([1, 3, 10, 30, 100, 300], ["1", "3", "10", "30", "100", "300"])
         axis.minorticks_off()
         axis.set_xlabel(LABELS[kind])
         axis.set_ylabel("ms a planning step")
