@@ -76,7 +76,7 @@ class Goal:
 
     Attributes:
         name: unique name.
-        kind: "Debris", "Target" or "Home".
+        kind: "Debris", "Target", "Home", or "Clear" for a place the task queue sends an idle robot to.
         column: column the end effector must reach.
         cells: (n, 3) cells of the debris in the live grid, cleared while it is somebody's goal; (0, 3) for a target.
         yaw_rad: heading wanted on arrival, rad; None for any.
