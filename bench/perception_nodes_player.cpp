@@ -1,9 +1,9 @@
 // Plays recorded camera sets at a fixed rate and measures how long perception takes to answer.
 //   perception_nodes_player FILE SETS RATE_HZ
-// FILE is written by bench/perception_nodes.py. Prints one line of JSON: latencies in ms from the publication of a set's
-// last cloud to the arrival of its planning_metadata.
-#include <ros/ros.h>
+// FILE is written by bench/perception_nodes.py. Prints one line of JSON: latencies in ms from the publication of a
+// set's last cloud to the arrival of its planning_metadata.
 #include <ros/callback_queue.h>
+#include <ros/ros.h>
 
 #include "yarm/ros/names.hpp"
 
@@ -137,9 +137,10 @@ class Player {
     const auto at = [this](double share) {
       return latencies_ms_.empty() ? -1.0 : latencies_ms_[static_cast<std::size_t>(share * (latencies_ms_.size() - 1))];
     };
-    std::printf("{\"rate_hz\": %.1f, \"sent\": %zu, \"answered\": %zu, \"p50_ms\": %.2f, \"p90_ms\": %.2f, "
-                "\"p99_ms\": %.2f, \"max_ms\": %.2f, \"out_of_order\": %d}\n",
-                rate_hz, sent_measured_, latencies_ms_.size(), at(0.5), at(0.9), at(0.99), at(1.0), out_of_order_);
+    std::printf(
+        "{\"rate_hz\": %.1f, \"sent\": %zu, \"answered\": %zu, \"p50_ms\": %.2f, \"p90_ms\": %.2f, "
+        "\"p99_ms\": %.2f, \"max_ms\": %.2f, \"out_of_order\": %d}\n",
+        rate_hz, sent_measured_, latencies_ms_.size(), at(0.5), at(0.9), at(0.99), at(1.0), out_of_order_);
   }
 
  private:

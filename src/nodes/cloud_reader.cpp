@@ -151,8 +151,8 @@ bool hasMergedLayout(const PointCloud2& message) {
 bool isInside(const perception::MergeParams& box, const perception::MergedPoint& p) {
   const std::array<float, 3> at{p.x, p.y, p.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const bool inside = at[axis] >= static_cast<float>(box.box_min[axis]) &&
-                        at[axis] <= static_cast<float>(box.box_max[axis]);
+    const bool inside =
+        at[axis] >= static_cast<float>(box.box_min[axis]) && at[axis] <= static_cast<float>(box.box_max[axis]);
     if (!inside) {
       return false;
     }

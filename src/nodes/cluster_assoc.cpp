@@ -17,7 +17,9 @@ perception::MergeParams mergeParamsOf(const ros::NodeHandle& handle, const std::
   return loadParams<MergeCloudsParams>(ros::NodeHandle(handle, node)).mergeParams();
 }
 
-ros::TransportHints promptly() { return ros::TransportHints().tcpNoDelay(); }
+ros::TransportHints promptly() {
+  return ros::TransportHints().tcpNoDelay();
+}
 
 }  // namespace
 
@@ -91,8 +93,8 @@ void ClusterAssoc::onRegistry(const yarm::ObjectRegistryConstPtr& message) {
 
 void ClusterAssoc::onSwitch(const std_msgs::Int8ConstPtr& message) {
   if (message->data != 0 && message->data != 1) {
-    warn_(names::STATIC_ASSOCIATION_SWITCH, switch_in_.getTopic() + ": " + std::to_string(message->data) +
-                                                " ignored; 0 is calibrating, 1 is running");
+    warn_(names::STATIC_ASSOCIATION_SWITCH,
+          switch_in_.getTopic() + ": " + std::to_string(message->data) + " ignored; 0 is calibrating, 1 is running");
     return;
   }
   calibrating_ = message->data == 0;

@@ -26,7 +26,9 @@ Read<Eigen::Isometry3d> isometry(const geometry_msgs::Point& p, const geometry_m
   return read;
 }
 
-void addFault(std::string& faults, const std::string& fault) { faults += (faults.empty() ? "" : "; ") + fault; }
+void addFault(std::string& faults, const std::string& fault) {
+  faults += (faults.empty() ? "" : "; ") + fault;
+}
 
 void fillPoints(const std::vector<Eigen::Vector3f>& points, yarm::CloudPoints& message) {
   message.cloudpoints.resize(points.size());
@@ -101,7 +103,9 @@ ros::Time toTime(perception::StampNs stamp_ns) {
   return time;
 }
 
-Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose) { return isometry(pose.position, pose.orientation); }
+Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose) {
+  return isometry(pose.position, pose.orientation);
+}
 
 Read<Eigen::Isometry3d> readTransform(const geometry_msgs::Transform& transform) {
   geometry_msgs::Point position;

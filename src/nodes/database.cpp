@@ -45,13 +45,13 @@ std::vector<yarm::GridIndex> cellsOf(const GridSpec& grid, const std::vector<std
 
 std_msgs::ColorRGBA colour(std::size_t number) {
   static constexpr std::array<std::array<float, 3>, 8> palette{{{0.12F, 0.47F, 0.71F},
-                                                               {1.00F, 0.50F, 0.05F},
-                                                               {0.17F, 0.63F, 0.17F},
-                                                               {0.58F, 0.40F, 0.74F},
-                                                               {0.55F, 0.34F, 0.29F},
-                                                               {0.89F, 0.47F, 0.76F},
-                                                               {0.74F, 0.74F, 0.13F},
-                                                               {0.09F, 0.75F, 0.81F}}};
+                                                                {1.00F, 0.50F, 0.05F},
+                                                                {0.17F, 0.63F, 0.17F},
+                                                                {0.58F, 0.40F, 0.74F},
+                                                                {0.55F, 0.34F, 0.29F},
+                                                                {0.89F, 0.47F, 0.76F},
+                                                                {0.74F, 0.74F, 0.13F},
+                                                                {0.09F, 0.75F, 0.81F}}};
   const auto& rgb = palette[number % palette.size()];
   std_msgs::ColorRGBA made;
   made.r = rgb[0];

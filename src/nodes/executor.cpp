@@ -39,7 +39,9 @@ void Executor::add(PolledNode& node) {
   }
 }
 
-void Executor::remove(PolledNode& node) { nodes_.erase(std::remove(nodes_.begin(), nodes_.end(), &node), nodes_.end()); }
+void Executor::remove(PolledNode& node) {
+  nodes_.erase(std::remove(nodes_.begin(), nodes_.end(), &node), nodes_.end());
+}
 
 void Executor::run() {
   while (!stopping_ && ros::ok()) {

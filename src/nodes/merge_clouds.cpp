@@ -13,7 +13,9 @@ constexpr std::int64_t kConfirmRestartNs = 200'000'000;  // wall time the clock 
 constexpr std::int64_t kMostAheadNs = 5'000'000'000;     // simulated time a stamp may be ahead of the clock
 constexpr int kCloudQueue = 8;
 
-std::int64_t ns(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
+std::int64_t ns(double seconds) {
+  return static_cast<std::int64_t>(seconds * 1e9);
+}
 
 SetAssemblerOptions assemblerOptions(const MergeCloudsParams& params) {
   SetAssemblerOptions options;
@@ -55,7 +57,9 @@ MergeClouds::MergeClouds(const ros::NodeHandle& handle, const ros::NodeHandle& p
   Executor::instance().add(*this);
 }
 
-MergeClouds::~MergeClouds() { Executor::instance().remove(*this); }
+MergeClouds::~MergeClouds() {
+  Executor::instance().remove(*this);
+}
 
 void MergeClouds::subscribe(std::size_t index) {
   Camera& camera = cameras_[index];

@@ -25,7 +25,9 @@ HealthReport::HealthReport(const ros::NodeHandle& handle, const std::string& nam
   publisher_ = advertiser.advertise<diagnostic_msgs::DiagnosticArray>(names::DIAGNOSTICS, 10);
 }
 
-bool HealthReport::due() const { return steadyNow() - sent_ns_ > 1'000'000'000; }
+bool HealthReport::due() const {
+  return steadyNow() - sent_ns_ > 1'000'000'000;
+}
 
 void HealthReport::value(const std::string& key, const std::string& value) {
   diagnostic_msgs::KeyValue pair;

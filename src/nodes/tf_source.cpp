@@ -10,8 +10,7 @@ namespace yarm {
 
 TfSource::TfSource() {
   handle_.setCallbackQueue(&Executor::instance().queue());
-  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, handle_, false,
-                                                           ros::TransportHints().tcpNoDelay());
+  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, handle_, false, ros::TransportHints().tcpNoDelay());
 }
 
 std::shared_ptr<TfSource> TfSource::shared() {

@@ -38,14 +38,22 @@ class Fuzzer {
   std::uint32_t pick(std::uint32_t below) { return static_cast<std::uint32_t>(random_() % below); }
 
   std::uint32_t oddNumber() {
-    static const std::uint32_t odd[] = {0,  1,  2,  3,  4,  7,  8,  11, 12, 13, 15, 16, 17, 31, 32, 100, 255,
-                                        256, 65535, 65536, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFB, 0xFFFFFFFF};
+    static const std::uint32_t odd[] = {0,   1,   2,     3,     4,          7,          8,          11,
+                                        12,  13,  15,    16,    17,         31,         32,         100,
+                                        255, 256, 65535, 65536, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFB, 0xFFFFFFFF};
     return pick(3) == 0 ? static_cast<std::uint32_t>(random_()) : odd[pick(sizeof(odd) / sizeof(odd[0]))];
   }
 
   float oddFloat() {
-    static const float odd[] = {0.F, 1.F, -1.F, 1e30F, 99.F, 101.F, std::numeric_limits<float>::infinity(),
-                                std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::denorm_min()};
+    static const float odd[] = {0.F,
+                                1.F,
+                                -1.F,
+                                1e30F,
+                                99.F,
+                                101.F,
+                                std::numeric_limits<float>::infinity(),
+                                std::numeric_limits<float>::quiet_NaN(),
+                                std::numeric_limits<float>::denorm_min()};
     if (pick(8) != 0) {
       return static_cast<float>(pick(2000)) * 0.002F - 2.F;
     }
@@ -79,16 +87,38 @@ class Fuzzer {
 
   void lie(PointCloud2& cloud) {
     switch (pick(10)) {
-      case 0: cloud.width = oddNumber(); break;
-      case 1: cloud.height = oddNumber(); break;
-      case 2: cloud.point_step = oddNumber(); break;
-      case 3: cloud.row_step = oddNumber(); break;
-      case 4: cloud.fields[pick(static_cast<std::uint32_t>(cloud.fields.size()))].offset = oddNumber(); break;
-      case 5: cloud.fields[pick(static_cast<std::uint32_t>(cloud.fields.size()))].datatype = static_cast<std::uint8_t>(pick(256)); break;
-      case 6: cloud.fields[pick(static_cast<std::uint32_t>(cloud.fields.size()))].count = oddNumber(); break;
-      case 7: cloud.is_bigendian = static_cast<std::uint8_t>(pick(256)); break;
-      case 8: cloud.data.resize(pick(static_cast<std::uint32_t>(cloud.data.size()) + 40)); break;
-      default: cloud.fields.push_back(cloud.fields[0]); cloud.fields.back().name = std::string(pick(5), 'x'); break;
+      case 0:
+        cloud.width = oddNumber();
+        break;
+      case 1:
+        cloud.height = oddNumber();
+        break;
+      case 2:
+        cloud.point_step = oddNumber();
+        break;
+      case 3:
+        cloud.row_step = oddNumber();
+        break;
+      case 4:
+        cloud.fields[pick(static_cast<std::uint32_t>(cloud.fields.size()))].offset = oddNumber();
+        break;
+      case 5:
+        cloud.fields[pick(static_cast<std::uint32_t>(cloud.fields.size()))].datatype =
+            static_cast<std::uint8_t>(pick(256));
+        break;
+      case 6:
+        cloud.fields[pick(static_cast<std::uint32_t>(cloud.fields.size()))].count = oddNumber();
+        break;
+      case 7:
+        cloud.is_bigendian = static_cast<std::uint8_t>(pick(256));
+        break;
+      case 8:
+        cloud.data.resize(pick(static_cast<std::uint32_t>(cloud.data.size()) + 40));
+        break;
+      default:
+        cloud.fields.push_back(cloud.fields[0]);
+        cloud.fields.back().name = std::string(pick(5), 'x');
+        break;
     }
   }
 

@@ -74,8 +74,8 @@ class ClusterAssoc : public PolledNode {
   perception::LinkPoses links_;
   bool calibrating_ = true;
   bool registered_ = false;
-  bool seeds_stalled_ = false;  // the last wait for seeds was in vain: no waiting until one comes
-  bool links_stalled_ = false;  // the same for link poses
+  bool seeds_stalled_ = false;     // the last wait for seeds was in vain: no waiting until one comes
+  bool links_stalled_ = false;     // the same for link poses
   std::int64_t last_seed_ns_ = 0;  // wall time
   ClockWatch sets_clock_;
   Pool<perception::MergedSet> sets_;

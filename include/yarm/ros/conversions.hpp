@@ -18,7 +18,9 @@
 
 namespace yarm {
 
-inline perception::StampNs toNs(const ros::Time& time) { return static_cast<perception::StampNs>(time.toNSec()); }
+inline perception::StampNs toNs(const ros::Time& time) {
+  return static_cast<perception::StampNs>(time.toNSec());
+}
 ros::Time toTime(perception::StampNs stamp_ns);
 
 // What a reader made of a message: value counts only when reason is empty.

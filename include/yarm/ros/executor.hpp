@@ -2,8 +2,8 @@
 // the stages. A node never blocks in it; what has to wait is put aside and looked at again in poll().
 #pragma once
 
-#include <ros/ros.h>
 #include <ros/callback_queue.h>
+#include <ros/ros.h>
 
 #include <atomic>
 #include <cstdint>

@@ -45,7 +45,7 @@ class MergeClouds : public PolledNode {
     std::int64_t newest_ns = 0;
     bool heard = false;
     bool lost = false;  // no transform for the last cloud: the next ones do not wait for theirs
-    int dropped = 0;  // since the last diagnostics
+    int dropped = 0;    // since the last diagnostics
     int late = 0;
     std::string last_fault;
   };

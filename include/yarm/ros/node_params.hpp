@@ -39,10 +39,13 @@ struct MergeCloudsParams {
   static void describe(Self& p, Visitor& visit) {
     visit("backend", p.backend, "", Choices{{"fused", "pcl"}}, "one pass over the points, or PCL's filters in a chain");
     visit("camera_topics", p.camera_topics, "", Choices{}, "depth clouds to merge, one or more");
-    visit("camera_frames", p.camera_frames, "", Choices{}, "frame each cloud must be in, in the same order; [] for any");
-    visit("camera_timeout", p.camera_timeout, "s", Range{0.02, 10.0}, "wall time after which a set goes on without a camera");
+    visit("camera_frames", p.camera_frames, "", Choices{},
+          "frame each cloud must be in, in the same order; [] for any");
+    visit("camera_timeout", p.camera_timeout, "s", Range{0.02, 10.0},
+          "wall time after which a set goes on without a camera");
     visit("sync_tolerance", p.sync_tolerance, "s", Range{0.0, 1.0}, "stamps this close belong to one set");
-    visit("max_frequency", p.max_frequency, "Hz", Range{0.1, 1000.0}, "sets closer in capture time than this are left out");
+    visit("max_frequency", p.max_frequency, "Hz", Range{0.1, 1000.0},
+          "sets closer in capture time than this are left out");
     visit("tf_wait", p.tf_wait, "s", Range{0.0, 5.0}, "wall time a cloud waits for its transform before it is dropped");
     visit("sync", p.sync, "", Choices{}, "lock-step: wait up to 5 s for what is missing, so that runs repeat exactly");
     describeBox(p, visit);
@@ -89,22 +92,31 @@ struct ClusterAssocParams {
 
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
-    visit("backend", p.backend, "", Choices{{"fused", "pcl"}}, "union-find over voxels, or PCL's EuclideanClusterExtraction");
-    visit("association", p.association, "", Choices{{"yarm", "original"}}, "the algorithm; original is there to compare with");
+    visit("backend", p.backend, "", Choices{{"fused", "pcl"}},
+          "union-find over voxels, or PCL's EuclideanClusterExtraction");
+    visit("association", p.association, "", Choices{{"yarm", "original"}},
+          "the algorithm; original is there to compare with");
     visit("merge_node", p.merge_node, "", Choices{}, "node whose voxel and box parameters hold here too");
-    visit("seed_wait", p.seed_wait, "s", Range{0.0, 5.0}, "wall time a set waits for the seeds of its stamp, then takes the newest");
+    visit("seed_wait", p.seed_wait, "s", Range{0.0, 5.0},
+          "wall time a set waits for the seeds of its stamp, then takes the newest");
     visit("sync", p.sync, "", Choices{}, "lock-step: wait up to 5 s for what is missing, so that runs repeat exactly");
     visit("cluster_tolerance", p.cluster.tolerance, "m", Range{0.001, 1.0}, "voxels nearer than this are connected");
     visit("min_cluster_size", p.cluster.min_size, "voxels", Range{1, 1000000}, "smallest cluster");
     visit("max_cluster_size", p.cluster.max_size, "voxels", Range{1, 10000000}, "largest cluster");
-    visit("search_radius", p.assoc.search_radius, "m", Range{0.01, 1.0}, "reach of a seed, and of a robot over stray points");
-    visit("shape_tolerance", p.assoc.shape_tolerance, "m", Range{0.0, 0.2}, "how far a body may differ from its known shape");
+    visit("search_radius", p.assoc.search_radius, "m", Range{0.01, 1.0},
+          "reach of a seed, and of a robot over stray points");
+    visit("shape_tolerance", p.assoc.shape_tolerance, "m", Range{0.0, 0.2},
+          "how far a body may differ from its known shape");
     visit("noise_sigmas", p.assoc.noise_sigmas, "", Range{0.0, 20.0},
           "a known surface explains points up to this many sigmas of their noise from it");
-    visit("unknown_min_points", p.assoc.unknown_min_points, "", Range{1, 1000}, "fewest points in a set that speak for an unknown thing");
-    visit("unknown_window", p.assoc.unknown_window, "sets", Range{1, 30}, "sets looked back at for an unknown thing's persistence");
-    visit("unknown_hits", p.assoc.unknown_hits, "sets", Range{1, 30}, "sets of that window in which an unknown thing must show");
-    visit("cloud_spacing", p.assoc.cloud_spacing, "m", Range{0.005, 0.5}, "point spacing of clouds learnt in calibration");
+    visit("unknown_min_points", p.assoc.unknown_min_points, "", Range{1, 1000},
+          "fewest points in a set that speak for an unknown thing");
+    visit("unknown_window", p.assoc.unknown_window, "sets", Range{1, 30},
+          "sets looked back at for an unknown thing's persistence");
+    visit("unknown_hits", p.assoc.unknown_hits, "sets", Range{1, 30},
+          "sets of that window in which an unknown thing must show");
+    visit("cloud_spacing", p.assoc.cloud_spacing, "m", Range{0.005, 0.5},
+          "point spacing of clouds learnt in calibration");
     describeGrid(p.assoc.grid, visit);
   }
 
@@ -130,7 +142,8 @@ struct DatabaseParams {
 
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
-    visit("marker_rate", p.marker_rate, "Hz", Range{0.1, 60.0}, "most markers of the occupancy view in a second of wall time");
+    visit("marker_rate", p.marker_rate, "Hz", Range{0.1, 60.0},
+          "most markers of the occupancy view in a second of wall time");
     visit("point_radius", p.point_radius, "m", Range{0.001, 0.2}, "predict_new_state: points are balls of this radius");
   }
 };

@@ -57,9 +57,15 @@ inline std::string allowedText(const Choices& choices) {
   return text.empty() ? "any" : text;
 }
 
-inline std::string valueText(bool value) { return value ? "true" : "false"; }
-inline std::string valueText(const std::string& value) { return value; }
-inline std::string valueText(int value) { return std::to_string(value); }
+inline std::string valueText(bool value) {
+  return value ? "true" : "false";
+}
+inline std::string valueText(const std::string& value) {
+  return value;
+}
+inline std::string valueText(int value) {
+  return std::to_string(value);
+}
 inline std::string valueText(double value) {
   std::ostringstream text;
   text << value;
@@ -173,8 +179,8 @@ class ParamTable {
   template <class Value, class Allowed>
   void operator()(const std::string& name, const Value& value, const std::string& unit, const Allowed& allowed,
                   const std::string& doc) {
-    out_ << node_ << '\t' << name << '\t' << valueText(value) << '\t' << unit << '\t'
-         << allowedText(allowed) << '\t' << doc << '\n';
+    out_ << node_ << '\t' << name << '\t' << valueText(value) << '\t' << unit << '\t' << allowedText(allowed) << '\t'
+         << doc << '\n';
   }
 
  private:

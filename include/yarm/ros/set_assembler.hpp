@@ -14,10 +14,10 @@ namespace yarm {
 
 struct SetAssemblerOptions {
   std::size_t cameras = 4;
-  std::int64_t tolerance_ns = 10'000'000;   // stamps this close belong to one set
-  std::int64_t timeout_ns = 200'000'000;    // wall time after which a set goes on without a camera
-  std::int64_t silent_grace_ns = 0;         // wall time a set waits for cameras that are already silent
-  std::size_t max_pending = 32;             // sets kept waiting at most; then the oldest goes on as it is
+  std::int64_t tolerance_ns = 10'000'000;  // stamps this close belong to one set
+  std::int64_t timeout_ns = 200'000'000;   // wall time after which a set goes on without a camera
+  std::int64_t silent_grace_ns = 0;        // wall time a set waits for cameras that are already silent
+  std::size_t max_pending = 32;            // sets kept waiting at most; then the oldest goes on as it is
 };
 
 enum class Admission {
