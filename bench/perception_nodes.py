@@ -29,6 +29,7 @@ import psutil
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "test"))
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
+DEVEL = BUILD / "devel" if "YARM_BUILD" in os.environ else ROOT / "devel"
 PORT = 11399
 CASES = [
     ("fused", True, False),
@@ -120,7 +121,7 @@ def measure(recording: Path, sets: int, backend: str, nodelets: bool, busy: bool
         with busy_core(busy):
             began = time.monotonic()
             player = subprocess.run(
-                [str(BUILD / "devel" / "lib" / "yarm" / "perception_nodes_player"), str(recording), str(sets), "30"],
+                [str(DEVEL / "lib" / "yarm" / "perception_nodes_player"), str(recording), str(sets), "30"],
                 capture_output=True,
                 text=True,
                 timeout=sets / 30.0 + 120.0,
@@ -175,9 +176,7 @@ def main() -> None:
                 result = measure(recording, options.sets, backend, nodelets, busy, folder)
                 print(json.dumps(result)) if options.json else print_row(result)
     if options.fuzz:
-        subprocess.run(
-            [str(BUILD / "devel" / "lib" / "yarm" / "cloud_reader_fuzz_test"), str(options.fuzz)], check=True
-        )
+        subprocess.run([str(DEVEL / "lib" / "yarm" / "cloud_reader_fuzz_test"), str(options.fuzz)], check=True)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from support.launched import BUILD
+from support.launched import DEVEL
 
 ROOT = Path(__file__).resolve().parents[2]
 NODES = ("merge_clouds", "cluster_assoc", "database")
@@ -24,11 +24,9 @@ def table():
 
 
 def printed():
-    for folder in (BUILD / "devel", ROOT / "devel"):
-        binary = folder / "lib" / "yarm" / "perception_params"
-        if binary.is_file():
-            return subprocess.run([str(binary)], capture_output=True, check=True, text=True, timeout=60).stdout
-    raise AssertionError("perception_params is not built: run `make build`")
+    binary = DEVEL / "lib" / "yarm" / "perception_params"
+    assert binary.is_file(), f"{binary} is not built: run `make build`"
+    return subprocess.run([str(binary)], capture_output=True, check=True, text=True, timeout=60).stdout
 
 
 def test_every_node_prints_its_parameters(table):
