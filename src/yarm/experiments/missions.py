@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from yarm.resources import package_root
 CASES = ("2m1ma", "3m")
 SEED = 3
 WALL_LIMIT_S = 1800
+STOP_LIMIT_S = 60.0
 
 
 def run_missions(folder: Path, on_progress: Callable[[int, int, str], None], cases: Sequence[str] = CASES) -> str:
@@ -32,8 +34,14 @@ def run_missions(folder: Path, on_progress: Callable[[int, int, str], None], cas
 
 
 def launch(command: Sequence[str], log: TextIO) -> None:
-    """Run a command to its end, its output into a file; what it came to is in its results."""
-    subprocess.run(list(command), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, check=False)
+    """Run a command to its end, its output into a file; an interrupt is handed on, so that nothing is left running."""
+    child = subprocess.Popen(list(command), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
+    try:
+        child.wait()
+    except KeyboardInterrupt:
+        child.send_signal(signal.SIGINT)
+        child.wait(timeout=STOP_LIMIT_S)
+        raise
 
 
 def mission_command(folder: Path, case: str) -> List[str]:

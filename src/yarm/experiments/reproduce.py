@@ -126,7 +126,12 @@ def main(arguments: Sequence[str]) -> int:
             sys.stderr.write(f"\ninterrupted; what is done is in {folder / 'trials'}: run the same command to go on\n")
             return 130
         sys.stdout.write("\n" + report(study, results, folder) + "\n\n")
-    for text in in_physics(options, folder):
+    try:
+        texts = in_physics(options, folder)
+    except KeyboardInterrupt:
+        sys.stderr.write(f"\ninterrupted; what is done is in {folder}: run the same command to go on\n")
+        return 130
+    for text in texts:
         sys.stdout.write("\n" + text + "\n\n")
     sys.stdout.write(f"numbers and figures: {folder.resolve()}\n")
     return 0
