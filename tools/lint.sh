@@ -23,7 +23,7 @@ check 'ruff format' ruff format --check src test bench tools scripts setup.py
 check 'ruff' ruff check src test bench tools scripts setup.py
 check 'mypy (strict)' mypy src/yarm
 [ ${#cpp[@]} -eq 0 ] || check 'clang-format' clang-format --dry-run --Werror "${cpp[@]}"
-check 'catkin_lint' catkin_lint --pkg yarm -W1 --resolve-env --ignore unknown_package .
+check 'catkin_lint' catkin_lint -W1 --ignore unknown_package --ignore uninstalled_script .
 check 'launch files' launch_check
 check 'boundaries' python3 -m pytest -q test/python/package
 if [ ${#failed[@]} -gt 0 ]; then

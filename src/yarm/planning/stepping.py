@@ -110,15 +110,20 @@ def step_to_end(
             _note_clearance(run, request, plan)
         _make_moves(run, stands, moves)
         previous = plan
-    if _arrived(scene, stands, given):
-        run.status, run.reason = PlanStatus.SOLVED, ""
-    else:
-        blocked = f"; the last refused step: {run.refusals[-1]}" if run.refusals else ""
-        run.status = PlanStatus.TIMEOUT
-        run.reason = (
-            run.reason or f"not all goals reached after {len(run.ms)} plans, {idle} in a row without motion{blocked}"
-        )
+    _conclude(run, _arrived(scene, stands, given), idle)
     return run
+
+
+def _conclude(run: SteppedRun, arrived: bool, idle: int) -> None:
+    """Status and reason of a run that has used up its steps or its patience."""
+    if arrived:
+        run.status, run.reason = PlanStatus.SOLVED, ""
+        return
+    blocked = f"; the last refused step: {run.refusals[-1]}" if run.refusals else ""
+    run.status = PlanStatus.TIMEOUT
+    run.reason = (
+        run.reason or f"not all goals reached after {len(run.ms)} plans, {idle} in a row without motion{blocked}"
+    )
 
 
 def _make_moves(run: SteppedRun, stands: Dict[str, Stand], moves: Mapping[str, Waypoint]) -> None:

@@ -156,8 +156,8 @@ TOPICS: Tuple[Topic, ...] = (
         "30 Hz",
         "world",
         queue=10,
-        meaning="every point of a set inside the box: x y z, sigma (m), viewing direction ux uy uz, camera; handed over "
-        "by pointer between nodelets",
+        meaning="every point of a set inside the box: x y z, sigma (m), viewing direction ux uy uz, camera; handed "
+        "over by pointer between nodelets",
     ),
     Topic(
         names.VOXELIZED_CLOUD,
