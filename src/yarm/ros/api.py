@@ -192,7 +192,7 @@ TOPICS: Tuple[Topic, ...] = (
     ),
     Topic(
         names.OCCUPANCY,
-        "visualization_msgs/Marker",
+        "visualization_msgs/MarkerArray",
         MAP,
         "RViz",
         "5 Hz",
