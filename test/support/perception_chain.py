@@ -9,7 +9,7 @@ from typing import Dict, List, Sequence, Tuple
 import numpy as np
 import numpy.typing as npt
 
-from support.launched import BUILD
+from support.launched import DEVEL
 
 CAMERAS, EDGE = 4, 320
 SHAPES = {"box": 0, "sphere": 1, "cylinder": 2, "capsule": 3}
@@ -17,7 +17,7 @@ GRID = (50, 50, 20)
 
 
 def _library() -> ctypes.CDLL:
-    library = ctypes.CDLL(str(BUILD / "devel" / "lib" / "libyarm_scene_factory_c.so"))
+    library = ctypes.CDLL(str(DEVEL / "lib" / "libyarm_scene_factory_c.so"))
     for name in ("yarm_chain_new", "yarm_factory_new"):
         getattr(library, name).restype = ctypes.c_void_p
     library.yarm_chain_name.restype = ctypes.c_char_p
