@@ -16,6 +16,7 @@ add_library(yarm_nodelets SHARED
   src/nodes/tf_source.cpp
 )
 target_include_directories(yarm_nodelets PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
+#catkin_lint: ignore_once external_interface_path
 target_include_directories(yarm_nodelets SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
 target_compile_options(yarm_nodelets PRIVATE -Wall -Wextra -Wpedantic)
 target_link_libraries(yarm_nodelets PUBLIC yarm_perception ${catkin_LIBRARIES})
@@ -38,6 +39,7 @@ install(TARGETS yarm_nodelets LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATI
 install(TARGETS ${yarm_node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 # Plays recorded clouds and measures the answer; bench/perception_nodes.py builds and runs it.
+#catkin_lint: ignore uninstalled_target
 add_executable(perception_nodes_player EXCLUDE_FROM_ALL bench/perception_nodes_player.cpp)
 target_compile_options(perception_nodes_player PRIVATE -Wall -Wextra -Wpedantic)
 target_include_directories(perception_nodes_player PRIVATE include)

@@ -22,6 +22,7 @@ add_library(yarm_perception
   src/perception/yarm_associator.cpp
 )
 target_include_directories(yarm_perception PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
+#catkin_lint: ignore_once external_interface_path
 target_include_directories(yarm_perception SYSTEM PUBLIC ${EIGEN3_INCLUDE_DIRS} PRIVATE ${PCL_INCLUDE_DIRS})
 target_link_libraries(yarm_perception PRIVATE ${PCL_LIBRARIES} fcl)
 # No fused multiply-add: both back ends must round alike.
@@ -63,6 +64,7 @@ endif()
 
 if(TARGET yarm_scene_factory)
   # On demand: make perception_core_bench
+  #catkin_lint: ignore uninstalled_target
   add_executable(perception_core_bench EXCLUDE_FROM_ALL bench/perception_core.cpp)
   target_compile_options(perception_core_bench PRIVATE -O3 -Wall -Wextra -Wpedantic)
   target_link_libraries(perception_core_bench PRIVATE yarm_scene_factory)

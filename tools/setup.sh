@@ -23,8 +23,8 @@ as_root() {
     sudo -n true 2>/dev/null || say "sudo may ask for your password to install Debian packages"
     sudo DEBIAN_FRONTEND=noninteractive "$@"
   else
-    echo "setup: $(echo $missing | wc -w) Debian packages are missing and installing them needs root or sudo; as root run:" >&2
-    echo "  apt-get install --no-install-recommends $missing" >&2
+    echo "setup: $needed; as root run:" >&2
+    echo "  $remedy" >&2
     return 1
   fi
 }
@@ -36,6 +36,8 @@ if [ -n "${missing// /}" ]; then
     exit 1
   fi
   export DEBIAN_FRONTEND=noninteractive
+  needed="$(echo $missing | wc -w) Debian packages are missing and installing them needs root or sudo"
+  remedy="apt-get install --no-install-recommends $missing"
   step apt-update as_root apt-get update
   # shellcheck disable=SC2086
   step apt-install as_root apt-get install -y --no-install-recommends $missing
@@ -46,4 +48,11 @@ if [ ! -x .venv/bin/python3 ] || [ "$(cat "$stamp" 2>/dev/null)" != "$wanted" ];
   step pip .venv/bin/python3 -m pip install --disable-pip-version-check \
     -c tools/python-constraints.txt -r tools/python-packages.txt
   printf '%s' "$wanted" >"$stamp"
+fi
+
+# ROS is bound to loopback by name; the barest of systems cannot look that name up.
+if ! getent hosts localhost >/dev/null; then
+  needed="the name localhost does not resolve, and mending that needs root or sudo"
+  remedy="echo '127.0.0.1 localhost' >>/etc/hosts"
+  step localhost as_root sh -c "$remedy"
 fi
