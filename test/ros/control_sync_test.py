@@ -11,6 +11,7 @@ import unittest
 from pathlib import Path
 from typing import Dict, List, Optional
 
+import rosnode
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
@@ -113,7 +114,14 @@ def run() -> Mission:
         cell.terminate()
         cell.wait(timeout=60.0)
         mission.close()
+        forget_the_dead()
     return mission
+
+
+def forget_the_dead() -> None:
+    """Have the master drop nodes that went without a word: it would end whichever node gets their old port."""
+    _, dead = rosnode.rosnode_ping_all()
+    rosnode.cleanup_master_blacklist(rospy.get_master().target, dead)
 
 
 class SyncTest(unittest.TestCase):
