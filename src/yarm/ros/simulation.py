@@ -6,6 +6,8 @@ cameras. In between it works off the inbox, until real time has caught up or, in
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
 from typing import Any, Dict, Optional, Tuple
 
@@ -60,14 +62,19 @@ class Stopwatch:
 class SimulationNode:
     """The simulated cell on ROS."""
 
-    def __init__(self, params: SimulationParams) -> None:
+    def __init__(self, params: SimulationParams, stop: threading.Event) -> None:
         """Build the scene and advertise everything.
+
+        Args:
+            params: what the node is set to.
+            stop: set from outside to end :meth:`run` between two ticks.
 
         Raises:
             SceneError: the scene file is faulty.
             SpawnError: its bodies overlap.
         """
         self._params = params
+        self._stop = stop
         scene = load_scene(params.scene)
         self._world = World(scene, params, gui=params.gui)
         self._eyes = Eyes(scene.seed if params.seed < 0 else params.seed, params.depth_noise)
@@ -90,13 +97,16 @@ class SimulationNode:
         self._next_s = time.monotonic()
         if self._params.sync:
             self._warm_up()
-        while not rospy.is_shutdown():
+        while self._running():
             self._advance()
             stamp_ns, is_set = self._publish()
             if self._params.sync:
                 self._wait_for_participants(stamp_ns, is_set)
             self._pace()
         self._world.close()
+
+    def _running(self) -> bool:
+        return not (self._stop.is_set() or rospy.is_shutdown())
 
     def _advance(self) -> None:
         self._inbox.work_until(0.0)
@@ -176,7 +186,7 @@ class SimulationNode:
 
     def _wait_for_participants(self, stamp_ns: int, is_set: bool) -> None:
         limit = time.monotonic() + self._params.sync_timeout
-        while not rospy.is_shutdown():
+        while self._running():
             self._inbox.work_until(0.0)
             missing = self._missing(stamp_ns, is_set)
             if missing is None:
@@ -200,14 +210,14 @@ class SimulationNode:
     def _warm_up(self) -> None:
         """Let time, but not physics, run until all participants are heard, then wind it on to the lock-step's start."""
         begin = round(self._params.sync_start * STEPS_PER_SECOND / STEPS_PER_SET) * STEPS_PER_SET
-        while not rospy.is_shutdown() and self._unheard():
+        while self._running() and self._unheard():
             self._world.steps += STEPS_PER_TICK
             if self._world.steps >= begin:
                 raise SyncError(f"lock-step cannot start: {self._unheard()} after {self._params.sync_start:g} s")
             self._publish()
             self._next_s = max(self._next_s + TICK_S, time.monotonic())
             self._inbox.work_until(self._next_s)
-        while not rospy.is_shutdown() and self._world.steps < begin - STEPS_PER_SET:
+        while self._running() and self._world.steps < begin - STEPS_PER_SET:
             ahead = (self._world.steps + WIND_ON_STEPS) // STEPS_PER_SET * STEPS_PER_SET
             self._world.steps = min(ahead, begin - STEPS_PER_SET)
             self._wait_for_participants(*self._publish())
@@ -289,15 +299,24 @@ def spawn_spec(request: Any) -> ThingSpec:
 
 
 def main() -> None:
-    """Run the node."""
-    rospy.init_node("simulation")
+    """Run the node.
+
+    Signals only ask the loop to end: rospy's own handler would close the topics from within a publish of this same
+    thread, whose lock is then taken twice, and the node would hang until it is killed.
+    """
+    rospy.init_node("simulation", disable_signals=True)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
     try:
-        SimulationNode(load_params(SimulationParams)).run()
+        SimulationNode(load_params(SimulationParams), stop).run()
     except (ParamError, SceneError, SpawnError, SyncError) as error:
         rospy.logfatal("%s", error)
         raise SystemExit(1) from error
     except rospy.ROSException:
-        # Topics close under the loop's hands when the node is told to stop, some before it is known to stop.
+        # Told to stop by the master: topics close under the loop's hands, some before the node is known to stop.
         rospy.rostime.wallsleep(SHUTDOWN_S)
         if not rospy.is_shutdown():
             raise
+    finally:
+        rospy.signal_shutdown("the simulation has ended")
