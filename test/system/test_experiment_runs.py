@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import subprocess
 import sys
 from pathlib import Path
+from typing import Dict, List
 
 import pytest
 import yaml
@@ -11,7 +14,10 @@ import yaml
 from support.launched import ROOT, LaunchedTestError, run
 
 LIMIT_S = 900.0
-CALL = [sys.executable, str(ROOT / "scripts" / "run_experiment"), "--case", "single", "--sync", "--speed", "0"]
+MISSION = [sys.executable, str(ROOT / "scripts" / "run_experiment"), "--sync", "--speed", "0"]
+CALL = [*MISSION, "--case", "single"]
+ENDING_S = 0.2
+"""How long after the mission's last moment poses may still come in, s; when the recording ends is wall time's say."""
 
 
 def test_a_success_leaves_everything_and_ends_with_0(tmp_path: Path) -> None:
@@ -40,3 +46,34 @@ def test_a_failure_says_why_and_ends_with_1(tmp_path: Path) -> None:
     assert summary["success"] is False
     assert "did not end within" in summary["faults"][0]
     assert summary["goals"]["target_1"]["reached"] is False
+
+
+def test_in_lock_step_a_mission_repeats_decision_for_decision(tmp_path: Path) -> None:
+    call = [*MISSION, "--case", "2m1ma", "--seed", "3", "--results"]
+    run([*call, str(tmp_path / "quiet")], "experiment_quiet", LIMIT_S)
+    busy = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    try:
+        run([*call, str(tmp_path / "busy")], "experiment_busy", LIMIT_S)
+    finally:
+        busy.kill()
+        busy.wait()
+    quiet, busy_one = (tmp_path / name / "2m1ma" / "3" for name in ("quiet", "busy"))
+    waypoints = _rows(quiet / "waypoints.csv")
+    assert {row["robot"] for row in waypoints} == {"ankurbot_1", "ankurbot_2"}
+    assert waypoints == _rows(busy_one / "waypoints.csv")
+    assert _decisions(quiet) == _decisions(busy_one)
+    paths = [_rows(folder / "path.csv") for folder in (quiet, busy_one)]
+    end_s = min(float(rows[-1]["time_s"]) for rows in paths) - ENDING_S
+    assert end_s > 10.0
+    before = [[row for row in rows if float(row["time_s"]) < end_s] for rows in paths]
+    assert before[0] == before[1]
+
+
+def _rows(path: Path) -> List[Dict[str, str]]:
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def _decisions(folder: Path) -> List[Dict[str, str]]:
+    rows = _rows(folder / "timing.csv")
+    return [{name: value for name, value in row.items() if not name.endswith("_ms")} for row in rows]

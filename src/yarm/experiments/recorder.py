@@ -256,9 +256,9 @@ class Recorder:
             contacts,
             self.pauses,
             tuple(sorted(usage, key=lambda u: -u.cpu_share)),
-            tuple(self._waypoints),
+            tuple(sorted(self._waypoints, key=lambda row: (row.time_s, row.robot))),
             tuple(self._path),
-            tuple(self._timing),
+            tuple(sorted(self._timing, key=lambda row: (row.time_s, row.robot))),
         )
 
     def _robot(self, name: str, goals: Sequence[GoalRecord]) -> RobotRecord:

@@ -53,6 +53,7 @@ WATCH_PERIOD_S = 0.2
 SILENCE_S = 0.4
 """Without a map for this long, wall time, the watch takes over from the maps, s."""
 STATUS_PERIOD_S = 1.0
+SAME_STAMP_S = 0.004
 
 
 class CommanderNode:
@@ -69,6 +70,7 @@ class CommanderNode:
         self._links = Links(self._inbox.append)
         self._kinds: Dict[str, str] = {}
         self._sanders: Dict[str, rospy.Subscriber] = {}
+        self._safety_said: Deque[SafetyStatus] = deque()
         self._held: Dict[str, str] = {}
         self._last_map_wall_s = -1.0
         self._shown: Optional[CommanderStatus] = None
@@ -108,6 +110,7 @@ class CommanderNode:
             if cell_map is None:
                 return
             self._last_map_wall_s = time.monotonic()
+            self._take_holds(cell_map.stamp_s)
             self._inbox.append(MapUpdate(cell_map))
             self._drain(cell_map.stamp_s)
             self._show(cell_map.stamp_s)
@@ -116,7 +119,7 @@ class CommanderNode:
 
     def _on_request(self, message: StateChangeRequest) -> StateChangeResponse:
         with self._lock:
-            now_s = rospy.get_time()
+            now_s = self._stamp_s() if self._params.sync else rospy.get_time()
             request = Request(message.next_state, message.current_state, message.previous_state, message.jump_state)
             reply, actions = self._core.request(request, now_s)
             rospy.loginfo("request: %s", reply.message)
@@ -141,6 +144,17 @@ class CommanderNode:
                 )
 
     def _on_safety(self, message: SafetyStatus) -> None:
+        """In lock-step it waits for the next map: whether it comes before or after that of its own time is chance."""
+        with self._lock:
+            self._safety_said.append(message)
+            if not self._params.sync:
+                self._take_holds(np.inf)
+
+    def _take_holds(self, before_s: float) -> None:
+        while self._safety_said and self._safety_said[0].header.stamp.to_sec() < before_s - SAME_STAMP_S:
+            self._take_hold(self._safety_said.popleft())
+
+    def _take_hold(self, message: SafetyStatus) -> None:
         held = {name: message.reason for name, stopped in zip(message.robots, message.stopped) if stopped}
         for name in held.keys() | self._held.keys():
             if held.get(name) != self._held.get(name):
@@ -150,6 +164,7 @@ class CommanderNode:
     def _on_clock_reset(self) -> None:
         with self._lock:
             self._inbox.clear()
+            self._safety_said.clear()
             self._maps.clear()
             self._links.reset()
             self._inbox.append(ClockReset())
@@ -176,7 +191,9 @@ class CommanderNode:
             elif isinstance(action, SetAssociation):
                 self._association.publish(Int8(data=1 if action.on else 0))
             elif isinstance(action, DeleteObject):
-                delete_object(action.name, self._inbox.append)
+                deletion = delete_object(action.name, self._inbox.append)
+                if self._params.sync:
+                    deletion.join()  # the simulation serves it now, while it waits for this step's acknowledgement
             elif isinstance(action, ShowPlan):
                 self._report.publish(plan_report(action, self._params.planner, self._stamp_s()))
                 self._markers.show_plan(action, self._core.world)

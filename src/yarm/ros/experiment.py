@@ -24,6 +24,7 @@ from yarm.geometry import BoolArray, CellMap, GridSpec
 from yarm.ros import names
 from yarm.ros.conversions import parse_map_metadata
 from yarm.ros.experiment_inputs import ExperimentInputs
+from yarm.ros.experiment_lock_step import LockStep
 from yarm.ros.experiment_mission import MissionDriver, MissionError
 from yarm.ros.experiment_params import ExperimentParams
 from yarm.ros.experiment_soak import Soak
@@ -45,7 +46,7 @@ class Experiment:
         self._params = params
         self._case: Case = case_of("soak" if params.soak_s > 0.0 else Path(params.case).stem)
         self._inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0, params.path_period_s))
-        self._driver = MissionDriver(self._inputs, params, self._progress)
+        self._driver = MissionDriver(self._inputs, params, self._progress, LockStep() if params.sync else None)
         self._meter = UsageMeter()
         self._soak: Optional[Soak] = None
         if params.soak_s > 0.0:
@@ -73,6 +74,7 @@ class Experiment:
         record = self._finish(failure)
         if self._params.cleanup and not failure:
             record = self._clean_up(record)
+        self._driver.release()
         return record
 
     def write(self, record: RunRecord) -> Path:

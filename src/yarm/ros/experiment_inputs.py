@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from dataclasses import dataclass, field
-from typing import Dict, List, Optional, Set, Tuple
+from typing import Deque, Dict, List, Optional, Set, Tuple
 
 import rospy
 from std_msgs.msg import Float32, Int8
@@ -24,8 +25,13 @@ from yarm.msg import (
 from yarm.ros import names
 from yarm.ros.conversions import pose2_of_transform
 
+ENDED = ("reached", "backing_out", "unreachable", "failed")
+"""Task statuses of goals the Commander is done with, well or not."""
+DECLARED = ("reached", "backing_out")
 POSE_ACTIONS = ("true", "false")
 SANDING = 4
+STATUSES = 200
+"""Commander's statuses kept; one comes with each change, at least one a second."""
 
 
 @dataclass
@@ -50,6 +56,7 @@ class Snapshot:
     now_s: float = 0.0
     status: Optional[CommanderStatus] = None
     goals: Set[str] = field(default_factory=set)
+    ended_s: Dict[str, float] = field(default_factory=dict)
     robots: Set[str] = field(default_factory=set)
     manipulators: Dict[str, Manipulator] = field(default_factory=dict)
     sim: Optional[SimStatus] = None
@@ -64,6 +71,8 @@ class ExperimentInputs:
         self.recorder = recorder
         self.state = Snapshot()
         self.loop_ms: List[SimStatus] = []
+        self._declared: Set[str] = set()
+        self._statuses: Deque[CommanderStatus] = deque(maxlen=STATUSES)
         self._frames: Dict[str, str] = {}
         self._goal_frames: Dict[str, str] = {}
         self._fixed: Dict[str, Pose2] = {}
@@ -83,6 +92,10 @@ class ExperimentInputs:
         """Camera sets the simulator has published so far."""
         with self.lock:
             return 0 if self.state.sim is None else int(self.state.sim.camera_sets)
+
+    def status_at(self, limit_s: float) -> Optional[CommanderStatus]:
+        """The newest of the Commander's statuses stamped at or before a simulated time; the lock must be held."""
+        return next((m for m in reversed(self._statuses) if m.header.stamp.to_sec() <= limit_s), None)
 
     def _on_registry(self, message: ObjectRegistry) -> None:
         with self.lock:
@@ -142,9 +155,20 @@ class ExperimentInputs:
     def _on_status(self, message: CommanderStatus) -> None:
         with self.lock:
             self.state.status = message
+            self._statuses.append(message)
+            self._note_ended(message)
             self.state.now_s = max(self.state.now_s, message.header.stamp.to_sec())
             tasks = [TaskSample(t.robot, t.goal, t.kind, t.status, t.reason) for t in message.tasks]
             self.recorder.tasks(message.header.stamp.to_sec(), tasks)
+
+    def _note_ended(self, message: CommanderStatus) -> None:
+        """When each goal ended; one that was given up and is tried again has not, one that was reached has."""
+        for task in message.tasks:
+            if task.status in ENDED:
+                self.state.ended_s.setdefault(task.goal, message.header.stamp.to_sec())
+                self._declared |= {task.goal} if task.status in DECLARED else set()
+            elif task.goal not in self._declared:
+                self.state.ended_s.pop(task.goal, None)
 
     def _on_plan(self, message: PlanReport) -> None:
         with self.lock:

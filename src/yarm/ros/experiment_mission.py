@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, FrozenSet, Set, Tuple
+from typing import Callable, FrozenSet, Optional, Set, Tuple
 
 import rospy
 
 from yarm.msg import CommanderStatus
 from yarm.ros import names
 from yarm.ros.experiment_inputs import ExperimentInputs
+from yarm.ros.experiment_lock_step import LockStep
 from yarm.ros.experiment_params import ExperimentParams
 from yarm.srv import StateChange, StateChangeRequest
 
 POLL_S = 0.05
 ASK_AGAIN_S = 1.0
-ENDED = ("reached", "backing_out", "unreachable", "failed")
+MOMENT_LIMIT_S = 0.5
+SETTLED_S = 0.1
+"""In lock-step only what the Commander said this long ago counts, s: whatever is younger may still be under way."""
 MODES = {"bounded": CommanderStatus.BOUNDED, "boundless": CommanderStatus.BOUNDLESS}
 
 
@@ -27,17 +30,25 @@ class MissionError(RuntimeError):
 class MissionDriver:
     """Calls ``commander_state`` and waits for what follows."""
 
-    def __init__(self, inputs: ExperimentInputs, params: ExperimentParams, on_wait: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        inputs: ExperimentInputs,
+        params: ExperimentParams,
+        on_wait: Callable[[str], None],
+        lock_step: Optional[LockStep] = None,
+    ) -> None:
         """Nothing is called yet.
 
         Args:
             inputs: what the experiment hears.
             params: limits.
             on_wait: called again and again while waiting, with what is waited for (progress lines).
+            lock_step: holds simulated time while this looks and asks; None when time just goes on.
         """
         self._inputs = inputs
         self._params = params
         self._on_wait = on_wait
+        self._lock_step = lock_step
         self._asked_s = 0.0
         self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
 
@@ -47,11 +58,11 @@ class MissionDriver:
         began = time.monotonic()
         while True:
             missing = self._missing()
-            if not missing:
+            if not missing and self._may_act():
                 return
             if time.monotonic() - began > limit_s:
                 raise MissionError(f"after {limit_s:.0f} s of wall time still missing: {missing}")
-            self.pause(f"waiting for {missing}")
+            self.pause(f"waiting for {missing or 'a moment to begin'}")
 
     def switch_on_and_calibrate(self) -> None:
         """From wherever it starts to CALIBRATION, done; redone once when it fails."""
@@ -120,22 +131,24 @@ class MissionDriver:
     def outcome(self) -> Tuple[str, str]:
         """How the last work ended, and why."""
         with self._inputs.lock:
-            status = self._inputs.state.status
+            status = self._status()
             return ("", "") if status is None else (status.outcome, status.reason)
 
     def now_s(self) -> float:
         """Simulated time, s."""
+        moment_s = None if self._lock_step is None else self._lock_step.moment_s
+        if moment_s is not None:
+            return moment_s
         with self._inputs.lock:
             return self._inputs.state.now_s
 
     def ended_goals(self) -> Set[str]:
         """Goals the Commander is done with, well or not."""
         with self._inputs.lock:
-            goals = self._inputs.recorder.goals
-        return {g.name for g in goals if math.isfinite(g.declared_s) or g.status in ENDED}
+            return {goal for goal, ended_s in self._inputs.state.ended_s.items() if ended_s <= self._settled_s()}
 
     def pause(self, what: str) -> None:
-        """Wait a moment of wall time.
+        """Wait a little, in lock-step for the next moment to act at.
 
         Raises:
             MissionError: ROS is shutting down.
@@ -143,7 +156,29 @@ class MissionDriver:
         if rospy.is_shutdown():
             raise MissionError("ROS is shutting down")
         self._on_wait(what)
-        time.sleep(POLL_S)
+        if self._lock_step is None:
+            time.sleep(POLL_S)
+        else:
+            self._lock_step.next_moment(MOMENT_LIMIT_S)
+
+    def release(self) -> None:
+        """Nothing more will be asked: in lock-step, let time go on."""
+        if self._lock_step is not None:
+            self._lock_step.release()
+
+    def _may_act(self) -> bool:
+        return self._lock_step is None or self._lock_step.moment_s is not None
+
+    def _settled_s(self) -> float:
+        """What is stamped later than this may not be acted on yet, s of simulated time."""
+        if self._lock_step is None:
+            return math.inf
+        moment_s = self._lock_step.moment_s
+        return -math.inf if moment_s is None else moment_s - SETTLED_S
+
+    def _status(self) -> Optional[CommanderStatus]:
+        """The newest that may be acted on; the inputs' lock must be held."""
+        return self._inputs.status_at(self._settled_s())
 
     def _missing(self) -> str:
         if self.now_s() <= 0.0:
@@ -176,7 +211,7 @@ class MissionDriver:
 
     def _idle_in(self, state: int) -> bool:
         with self._inputs.lock:
-            status = self._inputs.state.status
+            status = self._status()
             if status is None or status.header.stamp.to_sec() <= self._asked_s:
                 return False
             return status.state == state and not status.busy and status.outcome != ""
@@ -184,7 +219,7 @@ class MissionDriver:
     def _wait_for(self, done: Callable[[], bool], limit_s: float, what: str) -> None:
         began_s = moved_s = self.now_s()
         moved_wall = time.monotonic()
-        while not done():
+        while not (self._may_act() and done()):
             self.pause(what)
             now_s = self.now_s()
             if now_s > moved_s:

@@ -14,6 +14,9 @@ class ExperimentParams:
     case: str = param("1m1ma", "", "name of the experiment, for its limits and for the results' folder")
     seed: int = param(3, "", "seed of the scene and the planner, for the results' folder", 0, 2**31 - 1)
     mode: str = param("boundless", "", "mode of the Commander", choices=("bounded", "boundless"))
+    sync: bool = param(
+        False, "", "lock-step: time stands still while the mission is driven, so that it repeats exactly"
+    )
     cleanup: bool = param(False, "", "send everybody home at the end")
     results: str = param("results", "", "folder that holds <case>/<seed>/; made when missing")
     limit_s: float = param(0.0, "s", "simulated time the mission may take; 0 for the case's own limit", 0.0, 36000.0)

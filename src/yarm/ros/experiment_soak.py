@@ -14,8 +14,8 @@ from yarm.control.sander_states import Button
 from yarm.experiments.scoring import refused
 from yarm.experiments.soak import DROP_Z_M, Drop, MissionRow, drops
 from yarm.ros import names
-from yarm.ros.experiment_inputs import SANDING, ExperimentInputs
-from yarm.ros.experiment_mission import ENDED, POLL_S, MissionDriver, MissionError
+from yarm.ros.experiment_inputs import ENDED, SANDING, ExperimentInputs
+from yarm.ros.experiment_mission import POLL_S, MissionDriver, MissionError
 from yarm.ros.experiment_usage import UsageMeter
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
