@@ -136,7 +136,7 @@ def raster_share(seed: int) -> float:
 
 def _world(spec: TrialSpec) -> KinematicWorld:
     scene = load_scene(spec.scene)
-    arm = arm_of(raster_share(spec.seed)) if scene.arms else None
+    arm = arm_of(raster_share(spec.seed)) if scene.has_working_arm else None
     return KinematicWorld(scene, GridSpec(), arm)
 
 

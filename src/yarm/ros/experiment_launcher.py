@@ -95,9 +95,9 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
 
 
 def has_manipulator(case: str) -> bool:
-    """Whether a scene has one; a scene that cannot be read is left to the simulation to refuse."""
+    """Whether one works in a scene; a scene that cannot be read is left to the simulation to refuse."""
     try:
-        return bool(load_scene(case).arms)
+        return load_scene(case).has_working_arm
     except SceneError:
         return True
 

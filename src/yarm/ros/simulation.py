@@ -81,7 +81,7 @@ class SimulationNode:
         self._script = Script(scene.events)
         self._off: Tuple[int, ...] = ()
         self._version = -1
-        absent = () if scene.arms else params.arm_participants
+        absent = () if self._world.arms else params.arm_participants
         self._tick_participants = tuple(node for node in params.tick_participants if node not in absent)
         self._live = not params.sync
         self._just_live = False

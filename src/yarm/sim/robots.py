@@ -198,8 +198,14 @@ def arm_mount() -> ArmMount:
 class Arm:
     """The HC10: six position-controlled joints that follow streamed trajectories."""
 
-    def __init__(self, client: int, name: str) -> None:
-        """Bolt the arm to its stand in its storage pose."""
+    def __init__(self, client: int, name: str, tucked: bool = False) -> None:
+        """Bolt the arm to its stand in its storage pose.
+
+        Args:
+            client: PyBullet's number of the world.
+            name: unique name.
+            tucked: it stays so (see ArmSpec).
+        """
         text, self._model = description("hc10.urdf.xacro")
         mount = arm_mount()
         self._client = client
@@ -217,7 +223,7 @@ class Arm:
         )
         self._T_world_base = transform_matrix(mount.base_xyz, (0.0, 0.0, 0.0, 1.0))
         self._tools = [(tool, *self._model.rigid_group(tool)) for tool in TOOL_FRAMES]
-        self.body = _arm_body(name, self.uid, self._model, self._T_world_base)
+        self.body = _arm_body(name, self.uid, self._model, self._T_world_base, tucked)
         self.place(mount.storage)
 
     def place(self, joints: Sequence[float]) -> None:
@@ -286,7 +292,7 @@ class Arm:
         )
 
 
-def _arm_body(name: str, uid: int, model: UrdfModel, T_world_base: FloatArray) -> Body:
+def _arm_body(name: str, uid: int, model: UrdfModel, T_world_base: FloatArray, tucked: bool) -> Body:
     """Body whose solids are in the frame of the moving link that carries them."""
     solids = []
     for solid in model.solids:
@@ -296,8 +302,8 @@ def _arm_body(name: str, uid: int, model: UrdfModel, T_world_base: FloatArray) -
     base = f"{name}/base_link"
     return Body(
         name,
-        "Manipulator",
-        True,
+        "Obstacle" if tucked else "Manipulator",
+        not tucked,
         f"{name}/tool0",
         tuple(f"{name}/{frame}" for frame in frames),
         tuple(solids),

@@ -36,10 +36,17 @@ class RobotSpec:
 
 @dataclass(frozen=True)
 class ArmSpec:
-    """A manipulator; where it is bolted and folded is in config/hc10.yaml."""
+    """A manipulator; where it is bolted and folded is in config/hc10.yaml.
+
+    Attributes:
+        name: unique name.
+        type: one of ARM_TYPES.
+        tucked: it stays folded and takes no orders: to everybody it is an Obstacle.
+    """
 
     name: str
     type: str
+    tucked: bool = False
 
 
 @dataclass(frozen=True)
@@ -77,6 +84,11 @@ class Scene:
     arms: Tuple[ArmSpec, ...] = ()
     things: Tuple[ThingSpec, ...] = ()
     events: Tuple[Event, ...] = field(default=())
+
+    @property
+    def has_working_arm(self) -> bool:
+        """Whether a manipulator is there that is not tucked away."""
+        return any(not arm.tucked for arm in self.arms)
 
     def things_of(self, kind: str) -> Tuple[ThingSpec, ...]:
         """The debris, targets or obstacles."""
@@ -153,7 +165,9 @@ def _robot(fields: Fields) -> RobotSpec:
 
 
 def _arm(fields: Fields) -> ArmSpec:
-    spec = ArmSpec(name=_name(fields), type=fields.text("type", choices=ARM_TYPES))
+    spec = ArmSpec(
+        name=_name(fields), type=fields.text("type", choices=ARM_TYPES), tucked=fields.flag("tucked", default=False)
+    )
     fields.finish()
     return spec
 

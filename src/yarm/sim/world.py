@@ -71,6 +71,7 @@ class World:
         self.steps = 0
         self.robots: Dict[str, Ankurbot] = {}
         self.arms: Dict[str, Arm] = {}
+        self._tucked: Dict[str, Arm] = {}
         self.bodies: Dict[str, Body] = {}
         self.version = 0
         self._pushes: List[_Push] = []
@@ -144,7 +145,7 @@ class World:
                     poses[body.name] = self._root_pose(body.uids[0])
             for robot in self.robots.values():
                 poses.update(robot.transforms())
-            for arm in self.arms.values():
+            for arm in (*self.arms.values(), *self._tucked.values()):
                 poses.update(arm.transforms())
             self._poses, self._poses_step = poses, self.steps
         return self._poses
@@ -230,8 +231,9 @@ class World:
             self.robots[robot.name] = Ankurbot(self._client, robot.name, robot.x, robot.y, robot.heading_rad)
             self._add(self.robots[robot.name].body)
         for arm in self.scene.arms:
-            self.arms[arm.name] = Arm(self._client, arm.name)
-            self._add(self.arms[arm.name].body)
+            built = Arm(self._client, arm.name, arm.tucked)
+            (self._tucked if arm.tucked else self.arms)[arm.name] = built
+            self._add(built.body)
         for thing in self.scene.things:
             self._add(thing_body(self._client, thing))
         overlaps = self._all_overlaps()
@@ -296,7 +298,7 @@ class World:
         """Pairs of bodies that overlap, arm on stand apart."""
         found = []
         for a, b in itertools.combinations(self.bodies.values(), 2):
-            bolted = {a.kind, b.kind} == {"Manipulator", "Obstacle"} and "stand" in (a.name, b.name)
+            bolted = {a.name, b.name} & {arm.name for arm in self.scene.arms} and "stand" in (a.name, b.name)
             if not bolted and self._pair_distance(a.uids, b.uids, 0.0) < -OVERLAP_M:
                 found.append((a.name, b.name))
         return found

@@ -33,7 +33,7 @@ def test_every_option_becomes_a_launch_argument_that_exists(tmp_path: Path) -> N
     assert call[:5] == ["roslaunch", "-p", "12345", "yarm", "experiment.launch"]
     given = dict(argument.split(":=") for argument in call[5:])
     assert (given["case"], given["seed"], given["sync"], given["rviz"]) == ("3m", "7", "true", "false")
-    assert (given["sander"], given["guarded"]) == ("true", "true")
+    assert (given["sander"], given["guarded"]) == ("false", "true")
     launch = (Path(__file__).parents[3] / "launch" / "experiment.launch").read_text()
     assert all(f'<arg name="{name}" default=' in launch for name in given)
 

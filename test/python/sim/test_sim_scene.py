@@ -68,6 +68,7 @@ def test_a_good_scene_is_read_in_full() -> None:
         (changed("seed", value=-1), ["seed", "-1", "whole number"]),
         (changed("fixtures", value=["table", "sofa"]), ["fixtures", "sofa", "table, stand"]),
         (changed("fixtures", value=["table"]), ["manipulators", "stand"]),
+        (changed("manipulators", 0, "tucked", value="yes, please"), ["manipulators[0].tucked", "true or false"]),
         (changed("debris", 0, "name", value="ankurbot_1"), ["'ankurbot_1'", "unique"]),
         (changed("debris", 0, "name", value="floor"), ["'floor'", "unique"]),
         (changed("debris", 0, "name", value="a b"), ["debris[0].name", "'a b'", "letters"]),

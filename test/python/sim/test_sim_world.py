@@ -157,6 +157,17 @@ def test_clearance_is_the_distance_of_the_surfaces() -> None:
         assert reading.distance_m == pytest.approx(0.25, abs=0.01)  # arm's underside 0.85 over the box's top 0.60
 
 
+def test_a_tucked_arm_is_furniture() -> None:
+    with World(load_scene("3m")) as world:
+        body = world.bodies["hc10_barc"]
+        assert (body.kind, body.dynamic, world.arms) == ("Obstacle", False, {})
+        before = world.transforms()["hc10_barc/sander_tip"].copy()
+        world.run(5.0)
+        assert np.linalg.norm(world.transforms()["hc10_barc/sander_tip"][:3, 3] - before[:3, 3]) < 0.002
+        assert world.failures() == []
+        assert {reading.robot for reading in world.clearances()} == {"ankurbot_1", "ankurbot_2", "ankurbot_3"}
+
+
 def test_the_arm_follows_a_path_within_limits() -> None:
     with World(load_scene("1m1ma")) as world:
         arm = world.arms["hc10_barc"]
