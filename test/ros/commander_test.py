@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Main path, refusals, stop, command line, and faults: silent perception, a lost server, something in the way."""
+"""Main path, refusals, stop, command line, and every fault that leaves the cell itself running."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import xmlrpc.client
 import rosnode
 import rospy
 import rostest
-from yarm.msg import CommanderStatus, Contacts
+from yarm.msg import CommanderStatus, Contacts, MapMetaData, ObjectRegistry
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest, StateChange, StateChangeRequest
 
 from yarm.ros import names
@@ -31,9 +31,11 @@ class CommanderTest(unittest.TestCase):
     def setUpClass(cls):
         cls.condition = threading.Condition()
         cls.status, cls.failures = CommanderStatus(), []
-        cls.reasons = set()
+        cls.reasons, cls.in_map, cls.registry = set(), [], ObjectRegistry()
         rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, cls.on_status, queue_size=100)
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
+        rospy.Subscriber(names.PLANNING_METADATA, MapMetaData, cls.on_map, queue_size=1, buff_size=1 << 22)
+        rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, cls.on_registry, queue_size=10)
         for service in (names.COMMANDER_STATE, names.SPAWN_OBSTACLES, names.DELETE_OBSTACLES):
             rospy.wait_for_service(service, timeout=60.0)
         cls.change = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
@@ -51,6 +53,16 @@ class CommanderTest(unittest.TestCase):
     def on_contacts(cls, message):
         with cls.condition:
             cls.failures += [f"{c.body_a} / {c.body_b}" for c in message.contacts if c.kind == "failure"]
+
+    @classmethod
+    def on_map(cls, message):
+        with cls.condition:
+            cls.in_map = list(message.frames)
+
+    @classmethod
+    def on_registry(cls, message):
+        with cls.condition:
+            cls.registry = message
 
     def tearDown(self):
         with self.condition:
@@ -81,6 +93,14 @@ class CommanderTest(unittest.TestCase):
     def put(self, name, kind, x, y, z=0.89, shape=()):
         answer = self.spawn(SpawnObstaclesRequest(name=name, type=kind, x=x, y=y, z=z, shape=list(shape)))
         self.assertTrue(answer.success, answer.message)
+
+    def take_away(self, name):
+        answer = self.delete(SpawnObstaclesRequest(name=name))
+        self.assertTrue(answer.success, answer.message)
+
+    def unreachable(self):
+        """Reason by goal of the goals nobody can reach."""
+        return {task.goal: task.reason for task in self.status.tasks if task.status == "unreachable"}
 
     def moving(self):
         return any(task.status == "moving" for task in self.status.tasks)
@@ -126,13 +146,34 @@ class CommanderTest(unittest.TestCase):
 
     def test_4_a_thing_dropped_on_the_path_is_driven_round_or_waited_for(self):
         self.go("target_3", FAR)
-        self.put("box_1", "Obstacle", -0.95, 1.65, 0.9, (0.1, 0.3, 0.3))
+        self.put("box_1", "Unregistered", -0.95, 1.65, 0.9, (0.1, 0.3, 0.3))
         self.wait(lambda: self.said("way")() or self.said("cannot")() or not self.status.busy, "word on the box")
-        self.assertTrue(self.delete(SpawnObstaclesRequest(name="box_1")).success)
+        self.assertNotIn("box_1", [entry.name for entry in self.registry.entries])
+        self.assertTrue(any(name.startswith("unknown") for name in self.in_map), self.in_map)
+        self.take_away("box_1")
         self.ended()
 
-    def test_5_silent_perception(self):
+    def test_5_a_goal_that_becomes_unreachable_is_named_and_served_when_it_is_free(self):
         self.go("target_4", (0.65, 1.65))
+        self.put("box_2", "Obstacle", 0.65, 1.65, 1.0, (0.5, 0.5, 0.2))
+        self.wait(lambda: "target_4" in self.unreachable(), "target_4 unreachable")
+        with self.condition:
+            self.assertIn("box_2", self.unreachable()["target_4"])
+        self.take_away("box_2")
+        self.ended()
+
+    def test_6_a_robot_that_does_not_move(self):
+        self.go("target_5", FAR)
+        pid = self.pid_of("multi_robot_controls_server")
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            self.wait(self.said("has not moved for 10 s"), "fault", 60.0)
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        self.ended()
+
+    def test_7_silent_perception(self):
+        self.go("target_6", (0.65, 1.65))
         pid = self.pid_of("perception")
         os.kill(pid, signal.SIGSTOP)
         try:
@@ -141,8 +182,8 @@ class CommanderTest(unittest.TestCase):
             os.kill(pid, signal.SIGCONT)
         self.ended()
 
-    def test_6_a_lost_action_server_and_back(self):
-        self.go("target_5", FAR)
+    def test_8_a_lost_action_server_and_back(self):
+        self.go("target_7", FAR)
         rosnode.kill_nodes(["/multi_robot_controls_server"])
         self.wait(self.said("the action server of ankurbot_1 is lost"), "fault", 30.0)
         again = subprocess.Popen(

@@ -154,8 +154,16 @@ class SimulationTest(unittest.TestCase):
         command = Twist()
         command.linear.x = 0.5
         drive.publish(command)
-        self.wait(lambda: start.x - self.pose("ankurbot_1/base_link").transform.translation.x > 0.2, "0.2 m along -x")
-        drive.publish(Twist())
+        self.wait(lambda: start.x - self.pose("ankurbot_1/base_link").transform.translation.x > 0.1, "0.1 m along -x")
+        # Whoever drove it is heard of no more: it stops by itself.
+        self.wait(
+            lambda: self.said("ankurbot_1/cmd_vel", "nothing for 0.5 s", "stopped"), "a warning about the silence"
+        )
+        stopping = self.now() + 0.3
+        self.wait(lambda: self.now() > stopping, "the way to a stop")
+        before = self.pose("ankurbot_1/base_link").transform.translation.x
+        self.wait(lambda: self.now() > stopping + 0.5, "half a second")
+        self.assertAlmostEqual(self.pose("ankurbot_1/base_link").transform.translation.x, before, delta=0.002)
         state = self.newest(names.caster_state("ankurbot_1", "fl"), self.now())
         self.assertAlmostEqual(state.process_value, 0.0, delta=0.02)
 
@@ -208,7 +216,7 @@ class SimulationTest(unittest.TestCase):
             ({"x": 7.0}, ["x 7", "-2.5 to 2.5"]),
             ({"y": float("nan")}, ["y nan"]),
             ({"z": 3.0}, ["z 3", "0 to 1.3"]),
-            ({"type": "Robot"}, ["'Robot'", "Debris, Target or Obstacle"]),
+            ({"type": "Robot"}, ["'Robot'", "Debris, Target, Obstacle, Unregistered"]),
             ({"shape": [1.0, -1.0, 1.0]}, ["shape", "three sizes"]),
             ({"x": 1.95, "y": -1.9, "z": 0.3}, ["thing", "inside ankurbot_2"]),
             ({"name": "", "x": 9.0}, ["name ''", "x 9"]),

@@ -18,6 +18,8 @@ from yarm.geometry import BoolArray, IntArray
 from yarm.planning.checker import robotless_map
 from yarm.planning.types import FleetPlan, FleetPlanner, Goal, PlanRequest, PlanStatus
 
+GIVEN_BACK = (PlanStatus.INFEASIBLE, PlanStatus.INVALID_GOAL)
+"""What a plan may say of a robot's goal that somebody else may still reach, or nobody as the map is."""
 KEEP_CLEAR_COLUMNS = 1
 """An idle robot stays out of the private areas grown by this many columns (0.6 m from the part)."""
 
@@ -262,7 +264,7 @@ class Mission(Work):
                 self._notes[name] = f"{robot_plan.status.value}: {robot_plan.reason}"
             else:
                 self._notes.pop(name, None)
-            if robot_plan.status is PlanStatus.INFEASIBLE and robot_plan.goal:
+            if robot_plan.status in GIVEN_BACK and robot_plan.goal:
                 self._assignments.reject(name, robot_plan.reason)
 
     def _stand_still(self, plan: FleetPlan, checked: CheckedSteps, now_s: float) -> None:

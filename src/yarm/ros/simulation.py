@@ -29,6 +29,8 @@ BACKLOG_S = 0.25
 """After a hold-up the loop makes up at most this much wall time, s."""
 SHUTDOWN_S = 1.0
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
+SPAWNED_KINDS = {"Debris": "Debris", "Target": "Target", "Obstacle": "Obstacle", "Unregistered": "Obstacle"}
+"""Kind of body of each type that SpawnObstacles knows."""
 STEPS_PER_SET = 2 * STEPS_PER_TICK
 WIND_ON_STEPS = 96
 """Steps from one camera set to the next on the way to the lock-step's start: 0.4 s is no interruption to anybody."""
@@ -111,6 +113,7 @@ class SimulationNode:
     def _advance(self) -> None:
         self._inbox.work_until(0.0)
         self._run_script()
+        self._inbox.stop_the_silent(self._params.cmd_vel_timeout)
         self._watch.lap("inbox")
         for robot in self._world.tick():
             self._inbox.warn_once(
@@ -279,8 +282,8 @@ def spawn_spec(request: Any) -> ThingSpec:
     faults = []
     if not request.name or not request.name.replace("_", "").isalnum():
         faults.append(f"name {request.name!r} must be letters, digits and underscores")
-    if request.type not in ("Debris", "Target", "Obstacle"):
-        faults.append(f"type {request.type!r} must be Debris, Target or Obstacle")
+    if request.type not in SPAWNED_KINDS:
+        faults.append(f"type {request.type!r} must be one of {', '.join(SPAWNED_KINDS)}")
     for axis, value, low, high in (
         ("x", request.x, -HALF_CELL_M, HALF_CELL_M),
         ("y", request.y, -HALF_CELL_M, HALF_CELL_M),
@@ -290,12 +293,14 @@ def spawn_spec(request: Any) -> ThingSpec:
         if not low <= value <= high:
             faults.append(f"{axis} {value} must be within {low:g} to {high:g}")
     size = tuple(request.shape) or DEFAULT_BOX_M
-    if request.type == "Obstacle" and (len(size) != 3 or not all(0.01 <= s <= 5.0 for s in size)):
+    kind = SPAWNED_KINDS.get(request.type, "")
+    if kind == "Obstacle" and (len(size) != 3 or not all(0.01 <= s <= 5.0 for s in size)):
         faults.append(f"shape {list(size)} must be three sizes within 0.01 to 5 m")
     if faults:
         raise SpawnError("; ".join(faults))
-    size = size if request.type == "Obstacle" else ()
-    return ThingSpec(request.name, request.type, request.x, request.y, request.z, request.yaw, size)
+    size = size if kind == "Obstacle" else ()
+    registered = request.type != "Unregistered"
+    return ThingSpec(request.name, kind, request.x, request.y, request.z, request.yaw, size, registered)
 
 
 def main() -> None:

@@ -43,6 +43,7 @@ class Inbox:
         # Not a SimpleQueue: when a signal's handler outlasts its timeout, Python 3.11 waits for ever.
         self._jobs: queue.Queue[Job] = queue.Queue()
         self._warned: Dict[Tuple[str, str], bool] = {}
+        self._driven_s: Dict[str, float] = {}
         self.acks: Dict[str, Tuple[int, int]] = {}
         self.commands: Dict[str, int] = {}
         self.metadata_ns = -1
@@ -75,6 +76,14 @@ class Inbox:
         except queue.Empty:
             return
         job()
+
+    def stop_the_silent(self, timeout_s: float) -> None:
+        """Stop each robot that was told to move and then nothing for so long, s of simulated time; 0 for never."""
+        now_s = self._world.time_s
+        for robot in [robot for robot, said_s in self._driven_s.items() if 0.0 < timeout_s < now_s - said_s]:
+            del self._driven_s[robot]
+            self._world.robots[robot].drive(0.0, 0.0, self._world.params.wheel_speed_limit)
+            self.warn_once(names.cmd_vel(robot), f"nothing for {timeout_s:g} s while it moved: stopped")
 
     def _subscribe_robots(self) -> None:
         for robot in self._world.robots:
@@ -120,6 +129,10 @@ class Inbox:
         def apply() -> str:
             v, w = message.linear.x, message.angular.z
             clamped = self._world.robots[robot].drive(v, w, limit)
+            if v or w:
+                self._driven_s[robot] = self._world.time_s
+            else:
+                self._driven_s.pop(robot, None)
             return f"linear.x {v:.3f} m/s clamped to {limit:.3f}" if clamped else ""
 
         self._command(names.cmd_vel(robot), message, apply)

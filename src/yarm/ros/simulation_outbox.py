@@ -79,11 +79,13 @@ class Outbox:
         """Registry and fixed frames; call at the start and whenever an object comes or goes."""
         poses = self._world.transforms()
         fixed = dict(cameras)
-        for body in self._world.bodies.values():
+        known = [body for body in self._world.bodies.values() if body.registered]
+        hidden = {frame for body in self._world.bodies.values() if not body.registered for frame in body.link_frames}
+        for body in known:
             fixed.update(body.static_frames)
-        self._transforms = RawTransforms([frame for frame in poses if frame not in fixed])
+        self._transforms = RawTransforms([frame for frame in poses if frame not in fixed and frame not in hidden])
         self._tf_static.publish(_transform_message(stamp, fixed))
-        registry = ObjectRegistry(entries=[_entry(body) for body in self._world.bodies.values()])
+        registry = ObjectRegistry(entries=[_entry(body) for body in known])
         registry.header.stamp, registry.header.frame_id = stamp, names.WORLD_FRAME
         self._registry.publish(registry)
 

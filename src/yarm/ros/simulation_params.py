@@ -19,6 +19,9 @@ class SimulationParams(WorldParams):
     real_time_factor: float = param(
         1.0, "", "greatest simulated seconds per second; 0 as fast as possible", low=0, high=100
     )
+    cmd_vel_timeout: float = param(
+        0.5, "s", "simulated time after its last cmd_vel that a robot stops; 0 for never", low=0, high=3600
+    )
     gui: bool = param(False, "", "PyBullet's window")
     status_period: float = param(1.0, "s", "simulated time between two messages of sim/status", low=0.1, high=60)
     clearance_every: int = param(1, "", "camera sets per message of sim/clearance", low=1, high=300)

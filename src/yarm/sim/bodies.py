@@ -42,6 +42,7 @@ class Body:
         solids: its known solids, each in one of those frames.
         uids: its PyBullet bodies; none for a target.
         static_frames: frames that never move: T_world_frame (4, 4).
+        registered: whether anybody is told of it; what is not can only be seen.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Body:
     solids: Tuple[FramedSolid, ...] = ()
     uids: Tuple[int, ...] = ()
     static_frames: Dict[str, FloatArray] = field(default_factory=dict)
+    registered: bool = True
 
 
 @lru_cache(maxsize=None)

@@ -61,6 +61,7 @@ class ThingSpec:
         z: centre, metres, world.
         yaw_rad: heading, rad.
         size: obstacles: box along x, y, z, metres; else empty.
+        registered: obstacles: whether anybody is told of it, or it can only be seen.
     """
 
     name: str
@@ -70,6 +71,7 @@ class ThingSpec:
     z: float
     yaw_rad: float = 0.0
     size: Tuple[float, ...] = ()
+    registered: bool = True
 
 
 @dataclass(frozen=True)
@@ -198,6 +200,7 @@ def _thing(fields: Fields, kind: str, default_z: Optional[float]) -> ThingSpec:
         z=fields.number("z", 0.0, TOP_M, "m", default_z),
         yaw_rad=_angle(fields, "yaw_deg", 0.0),
         size=fields.numbers("size", 3, 0.01, 5.0) if kind == "Obstacle" else (),
+        registered=fields.flag("registered", default=True) if kind == "Obstacle" else True,
     )
     fields.finish()
     return spec

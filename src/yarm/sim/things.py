@@ -58,4 +58,6 @@ def _obstacle(client: int, spec: ThingSpec) -> Body:
     top = transform_matrix((spec.x, spec.y, spec.z + 0.5 * size[2]), quaternion_from_rpy(0.0, 0.0, spec.yaw_rad))
     below = transform_matrix((0.0, 0.0, -0.5 * size[2]), (0.0, 0.0, 0.0, 1.0))
     solid = FramedSolid(spec.name, Solid("box", size, spec.name, np.eye(4)), below)
-    return Body(spec.name, "Obstacle", False, spec.name, (spec.name,), (solid,), (uid,), {spec.name: top})
+    return Body(
+        spec.name, "Obstacle", False, spec.name, (spec.name,), (solid,), (uid,), {spec.name: top}, spec.registered
+    )
