@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Robots are sent at the table and at each other, past the Commander; ground truth must see no contact."""
+"""Robots are sent at the table, at each other and at the HC10, past the Commander; ground truth must see no contact."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class SafetyTest(unittest.TestCase):
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
         rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, cls.on_safety, queue_size=100)
         cls.clients = {}
-        for robot in ("ankurbot_1", "ankurbot_2"):
+        for robot in ("ankurbot_1", "ankurbot_2", "ankurbot_3"):
             cls.clients[robot] = SimpleActionClient(names.move_robot(robot), MoveRobotAction)
             assert cls.clients[robot].wait_for_server(rospy.Duration(60.0))
         rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=60.0)
@@ -85,6 +85,12 @@ class SafetyTest(unittest.TestCase):
         self.assertEqual(state, GoalStatus.PREEMPTED)
         self.assertIn("ankurbot_2 on its step", reason)
         self.assertIn("of ankurbot_1", reason)
+
+    def test_5_an_arm_over_the_stand_into_the_hc10_is_stopped(self):
+        state, reason = self.send("ankurbot_3", -1.1, 0.05, 270.0)
+        self.assertEqual(state, GoalStatus.PREEMPTED)
+        self.assertIn("ankurbot_3 on its step to (-1.10, 0.05", reason)
+        self.assertIn("of hc10_barc", reason)
 
 
 if __name__ == "__main__":
