@@ -15,7 +15,7 @@ from yarm.experiments.scoring import refused
 from yarm.experiments.soak import DROP_Z_M, Drop, MissionRow, drops
 from yarm.ros import names
 from yarm.ros.experiment_inputs import ENDED, SANDING, ExperimentInputs
-from yarm.ros.experiment_mission import POLL_S, MissionDriver, MissionError
+from yarm.ros.experiment_mission import MissionDriver, MissionError
 from yarm.ros.experiment_usage import UsageMeter
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
@@ -107,8 +107,8 @@ class Soak:
                 return
             drop = Drop(drop.name, drop.x_m, float(self._rng.uniform(-0.2, 0.2)), drop.yaw_rad, drop.after_s)
             end_s = self._driver.now_s() + SPAWN_RETRY_S
-            while self._driver.now_s() < end_s and not rospy.is_shutdown():
-                time.sleep(POLL_S)
+            while self._driver.now_s() < end_s:
+                self._driver.pause(f"room to drop {drop.name}")
         raise MissionError(f"{drop.name} could not be dropped: {answer.message if answer else 'no answer'}")
 
     def _keep_sanding(self) -> None:
