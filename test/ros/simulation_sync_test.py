@@ -46,8 +46,12 @@ events:
 class Everyone:
     """Plays controls server and Commander: acknowledges, drives, and hashes what it is shown."""
 
-    def __init__(self, mute_after: int = 10**9, short: bool = False) -> None:
-        """Be silent after so many ticks; claim one command more than were sent when ``short``."""
+    def __init__(self, mute_after: int = 10**9, short: bool = False, greets_only: bool = False) -> None:
+        """Be silent after so many ticks; claim one command more than were sent when ``short``.
+
+        With ``greets_only`` just the first tick that is heard is acknowledged.
+        """
+        self.greets_only = greets_only
         self.changed = threading.Condition()
         self.mute_after, self.short = mute_after, short
         self.sent = 0
@@ -88,6 +92,8 @@ class Everyone:
                 command.linear.x = 0.01 * len(self.poses)
                 self._drive.publish(command)
                 self.sent += 1
+        if self.greets_only and self.gaps_s:
+            return
         self._ack.publish(StepAck(Header(stamp=stamp), rospy.get_name(), self.sent + int(self.short and self.sent > 9)))
         with self.changed:
             self.changed.notify_all()
@@ -175,6 +181,11 @@ class SyncTest(unittest.TestCase):
     def test_d_a_participant_that_never_comes_is_named(self) -> None:
         output = self.ending(*self.pair(tick_participants=[self.me, "sander"], sync_start=2.0))
         self.assertIn("lock-step cannot start: nothing heard from sander", output)
+
+    def test_d_a_participant_that_only_greets_is_named(self) -> None:
+        everyone = Everyone(greets_only=True)
+        output = self.ending(everyone, self.start(sync_start=3.0))
+        self.assertIn(f"lock-step cannot start: nothing heard from {self.me} after 3 s", output)
 
     def test_e_scripted_events_happen_at_their_times(self) -> None:
         scene = Path(tempfile.mkdtemp(prefix="yarm_test_")) / "events.yaml"

@@ -36,6 +36,9 @@ WIND_ON_STEPS = 96
 """Steps from one camera set to the next on the way to the lock-step's start: 0.4 s is no interruption to anybody."""
 SYNC_EVENT_TICKS = 30
 """In lock-step, events are looked at this often, so that those that wait for messages fire at the same tick."""
+FRESH_NS = 500_000_000
+STEADY_TICKS = 60
+"""Lock-step starts when for so many ticks no participant's newest word was older than that: each has spoken again."""
 
 
 class Stopwatch:
@@ -211,15 +214,21 @@ class SimulationNode:
         return missing
 
     def _warm_up(self) -> None:
-        """Let time, but not physics, run until all participants are heard, then wind it on to the lock-step's start."""
+        """Let time, but not physics, run until all participants keep up, then wind it on to the lock-step's start.
+
+        Once is not enough: who has answered a tick may still be without its connection to somebody else.
+        """
         begin = round(self._params.sync_start * STEPS_PER_SECOND / STEPS_PER_SET) * STEPS_PER_SET
-        while self._running() and self._unheard():
+        steady_ticks = 0
+        while self._running() and steady_ticks < STEADY_TICKS:
             self._world.steps += STEPS_PER_TICK
             if self._world.steps >= begin:
-                raise SyncError(f"lock-step cannot start: {self._unheard()} after {self._params.sync_start:g} s")
+                unheard = self._unheard() or "participants come and go"
+                raise SyncError(f"lock-step cannot start: {unheard} after {self._params.sync_start:g} s")
             self._publish()
             self._next_s = max(self._next_s + TICK_S, time.monotonic())
             self._inbox.work_until(self._next_s)
+            steady_ticks = 0 if self._unheard() else steady_ticks + 1
         while self._running() and self._world.steps < begin - STEPS_PER_SET:
             ahead = (self._world.steps + WIND_ON_STEPS) // STEPS_PER_SET * STEPS_PER_SET
             self._world.steps = min(ahead, begin - STEPS_PER_SET)
@@ -230,9 +239,10 @@ class SimulationNode:
         self._watch.take(1)
 
     def _unheard(self) -> str:
-        params = self._params
-        silent = [n for n in self._tick_participants + params.set_participants if n not in self._inbox.acks]
-        if params.wait_for_metadata and self._inbox.metadata_ns < 0:
+        params, since_ns = self._params, self._world.time_ns - FRESH_NS
+        nodes = self._tick_participants + params.set_participants
+        silent = [node for node in nodes if self._inbox.acks.get(node, (-FRESH_NS, 0))[0] <= since_ns]
+        if params.wait_for_metadata and self._inbox.metadata_ns <= max(since_ns, -1):
             silent.append("planning_metadata")
         return f"nothing heard from {', '.join(silent)}" if silent else ""
 
