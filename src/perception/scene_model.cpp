@@ -9,7 +9,7 @@
 namespace yarm::perception {
 
 namespace {
-constexpr float kSite = 0.1F;            // edge of a site of the index, metres
+constexpr float kSite = 0.125F;          // edge of a site of the index, metres
 constexpr float kLargestMargin = 0.12F;  // no surface explains a point farther away, metres
 constexpr float kHiddenFace = 4.F;       // added cost of a face that looks away from the camera
 constexpr float kAwayCosine = 0.05F;
@@ -79,7 +79,7 @@ void SceneModel::forSites(const Piece& piece, Visit visit) const {
 void SceneModel::index() {
   const auto sites =
       static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
-  begin_.assign(sites + 1, 0);
+  begin_.assign(sites + 2, 0);
   sole_.assign(sites, kNone);
   hint_ = 0;
   for (const Piece& piece : pieces_) {
@@ -96,9 +96,8 @@ void SceneModel::index() {
     forSites(pieces_[i],
              [&](std::size_t site) { list_[static_cast<std::size_t>(--begin_[site + 1])] = static_cast<int>(i); });
   }
-  // Filling walked each site's end back to its beginning, one place to the right of where it is read.
-  begin_.erase(begin_.begin());
-  begin_.push_back(static_cast<std::int32_t>(list_.size()));
+  // Filling walked each site's end back to its beginning: site s now begins at begin_[s + 1] and ends at begin_[s + 2].
+  begin_[sites + 1] = static_cast<std::int32_t>(list_.size());
 }
 
 bool SceneModel::isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const {
@@ -177,7 +176,7 @@ Explanation SceneModel::explain(const MergedPoint& point) const {
   }
   candidates_.clear();
   bool several = false;
-  for (std::int32_t e = begin_[site]; e < begin_[site + 1]; ++e) {
+  for (std::int32_t e = begin_[site + 1]; e < begin_[site + 2]; ++e) {
     const std::int32_t i = list_[static_cast<std::size_t>(e)];
     SurfaceDistance surface;
     if (isNear(pieces_[static_cast<std::size_t>(i)], point, surface)) {

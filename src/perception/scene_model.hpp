@@ -79,7 +79,7 @@ class SceneModel {
   Eigen::Vector3f low_;
   int n_[3]{};
   std::vector<Piece> pieces_;
-  std::vector<std::int32_t> begin_;  // first entry of each site in list_
+  std::vector<std::int32_t> begin_;  // begin_[s + 1] = first entry of site s in list_, begin_[s + 2] = its end
   std::vector<std::int32_t> list_;   // solids near each site
   std::vector<std::int32_t> sole_;   // the one object near each site, or kMany
   mutable std::int32_t hint_{0};     // solid that explained the previous point

@@ -106,6 +106,12 @@ class YarmAssociator : public Associator {
   /// Known surfaces explain their points; what rises above a static one near a loose thing of unknown shape is that
   /// thing's.
   void explainByShapes() {
+    loose_.clear();
+    for (int i = 0; i < objectCount(); ++i) {
+      if (object(i).seed().object == ObjectKind::kDebris && !object(i).hasShape()) {
+        loose_.push_back(i);
+      }
+    }
     owner_.assign(points_->size(), kNobody);
     placed_.resize(points_->size());
     for (std::size_t i = 0; i < points_->size(); ++i) {
@@ -128,11 +134,11 @@ class YarmAssociator : public Associator {
   [[nodiscard]] int looseThingAt(const MergedPoint& point, const Explanation& why) {
     int best = kNobody;
     float best_distance = kDebrisReach;
-    for (int i = 0; i < objectCount(); ++i) {
+    if (loose_.empty() || why.distance < kRise) {
+      return best;
+    }
+    for (const int i : loose_) {
       const Seed& seed = object(i).seed();
-      if (seed.object != ObjectKind::kDebris || object(i).hasShape() || why.distance < kRise) {
-        continue;
-      }
       const float d = (seed.T_world_seed.translation().cast<float>() - positionOf(point)).norm();
       if (d < best_distance && object(why.object).seed().is_static && model_.sigmasAbove(point, why) > kRiseSigmas) {
         best = i;
@@ -396,6 +402,7 @@ class YarmAssociator : public Associator {
   std::vector<ObjectMemory*> objects_;  // in the order of the seeds
   std::vector<char> robots_;
   std::vector<char> registered_;
+  std::vector<int> loose_;  // debris of unknown shape
   const std::vector<MergedPoint>* points_{nullptr};
   bool calibrating_{false};
   std::int64_t set_number_{0};
