@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
-import time
 from pathlib import Path
-from typing import List
+from typing import Dict, List, Tuple
 
-import psutil
+from yarm.ros.experiment_launcher import Family
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
 DEVEL = BUILD / "devel" if "YARM_BUILD" in os.environ else ROOT / "devel"
-STOP_LIMIT_S = 60.0
 
 
 class LaunchedTestError(AssertionError):
@@ -32,11 +29,7 @@ def run(command: List[str], name: str, limit_s: float) -> str:
     Raises:
         LaunchedTestError: exit code not 0, or out of time.
     """
-    log = BUILD / "test_logs" / f"{name}.log"
-    log.parent.mkdir(parents=True, exist_ok=True)
-    ros_home = log.parent / f"{name}.ros"
-    environment = dict(os.environ, ROS_HOME=str(ros_home), ROS_LOG_DIR=str(ros_home / "log"))
-    environment["ROS_TEST_RESULTS_DIR"] = str(ros_home / "results")
+    log, environment = _surroundings(name)
     with log.open("w") as output:
         child = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, env=environment, cwd=str(ROOT))
         late = False
@@ -45,7 +38,7 @@ def run(command: List[str], name: str, limit_s: float) -> str:
         except subprocess.TimeoutExpired:
             late = True
         finally:
-            _stop(child)
+            Family(child).stop()
     text = log.read_text(errors="replace")
     if late or child.returncode != 0:
         why = f"was stopped after {limit_s:.0f} s" if late else f"ended with exit code {child.returncode}"
@@ -53,25 +46,54 @@ def run(command: List[str], name: str, limit_s: float) -> str:
     return text
 
 
+class Launched:
+    """A child that runs while something is done with it, and is stopped with all it has started."""
+
+    def __init__(self, command: List[str], name: str, environment: Dict[str, str], folder: Path) -> None:
+        """Start it.
+
+        Args:
+            command: program and arguments.
+            name: name of its log below the build folder.
+            environment: what differs from this process's.
+            folder: where it runs.
+        """
+        self._log, surroundings = _surroundings(name)
+        with self._log.open("w") as output:
+            self._child = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**surroundings, **environment},
+                cwd=str(folder),
+            )
+
+    def __enter__(self) -> Launched:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        Family(self._child).stop()
+
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._child.poll() is None
+
+    def output(self) -> str:
+        """What it has printed so far."""
+        return self._log.read_text(errors="replace")
+
+
+def _surroundings(name: str) -> Tuple[Path, Dict[str, str]]:
+    """Log of a child below the build folder, and an environment that keeps ROS's own files there."""
+    log = BUILD / "test_logs" / f"{name}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    ros_home = log.parent / f"{name}.ros"
+    environment = dict(os.environ, ROS_HOME=str(ros_home), ROS_LOG_DIR=str(ros_home / "log"))
+    environment["ROS_TEST_RESULTS_DIR"] = str(ros_home / "results")
+    return log, environment
+
+
 def rostest_command(file: Path) -> List[str]:
     """Command that runs a .test file, wherever it lies, as one of this package."""
     return ["rostest", "--pkgdir", str(ROOT), "--package", "yarm", str(file)]
-
-
-def _stop(child: subprocess.Popen) -> None:
-    """End the child and whatever it started, gently first."""
-    try:
-        family = psutil.Process(child.pid).children(recursive=True)
-    except psutil.NoSuchProcess:
-        family = []
-    if child.poll() is None:
-        child.send_signal(signal.SIGINT)
-        deadline = time.monotonic() + STOP_LIMIT_S
-        while child.poll() is None and time.monotonic() < deadline:
-            time.sleep(0.1)
-    if child.poll() is None:
-        child.kill()
-        child.wait()
-    _, alive = psutil.wait_procs(family, timeout=1.0)
-    for process in alive:
-        process.kill()

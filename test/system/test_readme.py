@@ -1,0 +1,163 @@
+"""Every command of the README, run as it stands there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import time
+from pathlib import Path
+from typing import Callable, Dict, Iterator, List
+
+import pytest
+
+from support.launched import ROOT, Launched, run
+from yarm.ros.experiment_launcher import free_port
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+LIMIT_S = 600.0
+MISSION = "the mission by hand"
+WORKSPACE = "the catkin workspace"
+RECORDED = "the recorded experiment"
+ALONE = "alone"
+CI = "continuous integration"
+WHERE: Dict[str, str] = {
+    "make demo": CI,
+    "make test": CI,
+    "roslaunch yarm full_system.launch scene:=2m1ma rviz:=true": MISSION,
+    'rosservice call /commander_state "{next_state: true}"': MISSION,
+    'rosservice call /commander_state "{jump_state: 5}"': MISSION,
+    "rostopic echo /commander/status": MISSION,
+    "rosrun yarm run_experiment --case 2m1ma --seed 3 --bag": RECORDED,
+    "roslaunch yarm replay.launch bag:=$PWD/results/2m1ma/3/run.bag": RECORDED,
+    "python3 -m yarm.planning scenes/planning/three_robots.yaml --steps --plot three_robots.png": ALONE,
+    "rosrun yarm cell_check 2m1ma": ALONE,
+    "rosrun yarm snapshot 2m1ma cell.png": ALONE,
+    "src/yarm/tools/setup.sh": WORKSPACE,
+    "source src/yarm/tools/env.sh": WORKSPACE,
+    "catkin_make -DCMAKE_BUILD_TYPE=Release install": WORKSPACE,
+    "source install/setup.bash": WORKSPACE,
+}
+IGNORED = shutil.ignore_patterns(
+    ".git", ".venv", "build", "devel", "install", "log", "results", "__pycache__", ".*cache"
+)
+
+
+def commands() -> List[str]:
+    """Lines of the README's code blocks without their comments."""
+    blocks = re.findall(r"^```\n(.*?)^```", README, re.M | re.S)
+    lines = [re.sub(r"\s+#.*", "", line).strip() for block in blocks for line in block.splitlines()]
+    return [line for line in lines if line]
+
+
+def of(where: str) -> List[str]:
+    return [command for command in commands() if WHERE[command] == where]
+
+
+def test_none_is_left_out() -> None:
+    assert sorted(commands()) == sorted(WHERE)
+
+
+def test_make_demo_is_an_experiment() -> None:
+    recipe = subprocess.run(
+        ["make", "-n", "--no-print-directory", "demo"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    assert "rosrun yarm run_experiment --case 1m1ma --seed 3" in recipe  # test_experiment_runs.py runs it
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    """A folder that looks like the checkout to whoever reads scenes, and takes what is written."""
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    return tmp_path
+
+
+@pytest.mark.parametrize("command", of(ALONE))
+def test_alone(command: str, place: Path) -> None:
+    run(["bash", "-c", f"cd {place} && {command}"], "readme_" + command.split()[2], LIMIT_S)
+    picture = re.search(r"\w+\.png", command)
+    assert picture is None or (place / picture.group()).stat().st_size > 10_000
+
+
+@pytest.fixture
+def display() -> Iterator[str]:
+    """A screen nobody sees."""
+    read, write = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x800x24"], pass_fds=[write], stderr=subprocess.DEVNULL
+    )
+    try:
+        os.close(write)
+        with os.fdopen(read) as number:
+            yield ":" + number.readline().strip()
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def wait(ready: Callable[[], bool], what: str, child: Launched) -> None:
+    deadline = time.monotonic() + LIMIT_S
+    while not ready():
+        assert time.monotonic() < deadline, f"no {what} within {LIMIT_S:.0f} s:\n{child.output()[-4000:]}"
+        assert child.running(), f"it ended before {what}:\n{child.output()[-4000:]}"
+        time.sleep(0.5)
+
+
+def surroundings(display: str) -> Dict[str, str]:
+    """A ROS master's address of one's own, and the screen."""
+    uri = f"http://localhost:{free_port()}"
+    return {"ROS_MASTER_URI": uri, "DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}
+
+
+def test_mission_by_hand(display: str, place: Path) -> None:
+    launch, to_next, to_mission, echo = of(MISSION)
+    environment = surroundings(display)
+
+    def call(command: str) -> str:
+        done = subprocess.run(
+            ["bash", "-c", command],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        return done.stdout + done.stderr
+
+    with Launched(launch.split(), "readme_mission", environment, place) as system:
+        wait(lambda: "success: True" in call(to_next), "STARTED", system)
+        wait(lambda: "success: True" in call(to_next), "CALIBRATION", system)
+        wait(lambda: "success: True" in call(to_next), "MENU after the calibration", system)
+        assert "success: True" in call(to_mission)
+        status = call(echo.replace("echo", "echo -n1"))
+        assert 'state_name: "BOUNDLESS"' in status
+        assert "/rviz" in call("rosnode list")
+        previous = call('rosservice call /commander_state "{previous_state: true}"')
+        assert "success: True" in previous, previous
+        wait(lambda: "busy: False" in call("rostopic echo -n1 /commander/status"), "stop", system)
+        done = call("rosrun yarm commander_cli run --mode boundless")
+        assert "succeeded" in done or "reached" in done, done
+
+
+def test_recorded_and_replayed(display: str, place: Path) -> None:
+    experiment, replay = of(RECORDED)
+    run(["bash", "-c", f"cd {place} && {experiment}"], "readme_recorded", LIMIT_S)
+    environment = surroundings(display)
+    with Launched(replay.replace("$PWD", str(place)).split(), "readme_replay", environment, place) as shown:
+        wait(lambda: "[RUNNING]" in shown.output(), "replay", shown)
+        started = time.monotonic()
+        wait(lambda: time.monotonic() - started > 5.0, "five seconds of replay", shown)
+    assert "[play" in shown.output()
+
+
+def test_catkin_workspace(tmp_path: Path) -> None:
+    checkout = tmp_path / "src" / "yarm"
+    shutil.copytree(ROOT, checkout, ignore=IGNORED)
+    (checkout / ".venv").symlink_to(ROOT / ".venv")
+    lines = [f"cd {tmp_path}", *of(WORKSPACE), "cd /", "rospack find yarm", "rosrun yarm cell_check 2m1ma"]
+    lines += [f"rosrun yarm run_experiment --case single --seed 1 --sync --speed 0 --results {tmp_path}/results"]
+    clean = ["env", "-u", "CMAKE_PREFIX_PATH", "-u", "ROS_PACKAGE_PATH", "-u", "PYTHONPATH", "-u", "YARM_BUILD"]
+    output = run([*clean, "bash", "-ec", "\n".join(lines)], "readme_workspace", 1800.0)
+    assert f"{tmp_path}/install/share/yarm" in output
+    assert "single, seed 1, boundless: SUCCESS" in output
