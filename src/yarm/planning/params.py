@@ -34,4 +34,3 @@ class TaskParams:
     turns_deg: Tuple[float, ...] = param(
         (0.0, 90.0, -90.0), "deg", "turns about the end effector that a robot may use to reach a goal", -180.0, 180.0
     )
-    same_goal_m: float = param(0.30, "m", "a goal that moved further than this is reported as moved", 0.0, 10.0)

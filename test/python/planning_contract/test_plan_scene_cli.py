@@ -63,6 +63,12 @@ def test_infeasible_is_2_and_says_why():
     assert code == 2 and out.startswith("INFEASIBLE") and "cart_1" in out and "boxes" in out
 
 
+@pytest.mark.parametrize("steps", [[], ["--steps"]])
+def test_timeout_is_3_and_says_who(steps):
+    code, out, _ = run(scene("head_on"), "--planner", "ma_astar", *steps)
+    assert code == 3 and out.startswith("TIMEOUT: cart_1 found no way")
+
+
 def test_turns_are_an_option():
     assert run(scene("narrow_gap"), "--turns", "0")[0] == 2
     assert run(scene("narrow_gap"), "--turns=-90,0,90")[0] == 0
