@@ -19,8 +19,9 @@ from yarm.ros.params import load_params
 from yarm.ros.simulation_inbox import Inbox, missing_acks
 from yarm.ros.simulation_outbox import CAMERAS, Outbox, frame_poses
 from yarm.ros.simulation_params import SimulationParams
-from yarm.sim.cameras import Eyes
+from yarm.sim.cameras import Eyes, best_rays
 from yarm.sim.contacts import ContactKind
+from yarm.sim.rays_embree import EmbreeRays
 from yarm.sim.scene import HALF_CELL_M, TOP_M, SceneError, ThingSpec, load_scene
 from yarm.sim.scene_events import Event, Script, Situation
 from yarm.sim.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SpawnError, World
@@ -82,7 +83,10 @@ class SimulationNode:
         self._stop = stop
         scene = load_scene(params.scene)
         self._world = World(scene, params, gui=params.gui)
-        self._eyes = Eyes(scene.seed if params.seed < 0 else params.seed, params.depth_noise)
+        rays = best_rays()
+        if isinstance(rays, EmbreeRays):
+            rospy.logwarn("the C++ ray caster is not built: Embree stands in, and cameras are ten times slower")
+        self._eyes = Eyes(scene.seed if params.seed < 0 else params.seed, params.depth_noise, rays)
         self._script = Script(scene.events)
         self._off: Tuple[int, ...] = ()
         self._version = -1
