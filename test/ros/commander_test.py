@@ -164,23 +164,11 @@ class CommanderTest(unittest.TestCase):
 
     def test_6_a_robot_that_does_not_move(self):
         self.go("target_5", FAR)
-        pid = self.pid_of("multi_robot_controls_server")
-        os.kill(pid, signal.SIGSTOP)
-        try:
-            self.wait(self.said("has not moved for 10 s"), "fault", 60.0)
-        finally:
-            os.kill(pid, signal.SIGCONT)
-        self.ended()
+        self.freeze("multi_robot_controls_server", "has not moved for 10 s")
 
     def test_7_silent_perception(self):
         self.go("target_6", (0.65, 1.65))
-        pid = self.pid_of("perception")
-        os.kill(pid, signal.SIGSTOP)
-        try:
-            self.wait(self.said("no new planning_metadata for more than 1 s"), "fault", 30.0)
-        finally:
-            os.kill(pid, signal.SIGCONT)
-        self.ended()
+        self.freeze("perception", "no new planning_metadata for more than 1 s")
 
     def test_8_a_lost_action_server_and_back(self):
         self.go("target_7", FAR)
@@ -205,6 +193,16 @@ class CommanderTest(unittest.TestCase):
         done = subprocess.run(command, timeout=LIMIT_S + 30.0, check=False, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
+
+    def freeze(self, node, words):
+        """Hold a node until the Commander says so in these words; then the mission must go on to its end."""
+        pid = self.pid_of(node)
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            self.wait(self.said(words), "fault", 60.0)
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        self.ended()
 
     def pid_of(self, node):
         uri = rospy.get_master().lookupNode("/" + node)[2]
