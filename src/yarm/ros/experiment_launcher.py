@@ -17,6 +17,9 @@ import yaml
 
 from yarm.sim.scene import SceneError, load_scene
 
+MISSION_LIMIT_S = 900.0
+SLOWEST = 4.0
+"""Wall seconds that a simulated second of a soak may take."""
 STOP_LIMIT_S = 40.0
 INTERRUPTED = 130
 POLL_S = 0.25
@@ -44,7 +47,9 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--limit", type=float, default=0.0, help="simulated seconds for the mission; 0: the case's own"
     )
-    options.add_argument("--wall-limit", type=float, default=900.0, help="seconds after which it is stopped")
+    options.add_argument(
+        "--wall-limit", type=float, default=0.0, help="s of wall time until it is stopped; 0: 900 and four times --soak"
+    )
     options.add_argument("--port", type=int, default=0, help="port of its own ROS master; 0 takes a free one")
     return options
 
@@ -66,7 +71,7 @@ def run(arguments: Sequence[str]) -> int:
     sys.stdout.write(f"ROS_MASTER_URI=http://localhost:{port}\n")
     sys.stdout.flush()
     child = subprocess.Popen(command(options, port), env=environment, start_new_session=True)
-    code = _wait(child, options.wall_limit)
+    code = _wait(child, wall_limit_s(options))
     if code == INTERRUPTED:
         return code
     return verdict(summary)
@@ -92,6 +97,11 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
     arguments = [f"{name}:={value}" for name, value in values.items()]
     arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
     return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
+
+
+def wall_limit_s(options: argparse.Namespace) -> float:
+    """Wall time the whole may take, s."""
+    return float(options.wall_limit or MISSION_LIMIT_S + SLOWEST * options.soak)
 
 
 def has_manipulator(case: str) -> bool:

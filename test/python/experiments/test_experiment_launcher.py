@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from yarm.ros.experiment_launcher import Family, command, free_port, parser, verdict
+from yarm.ros.experiment_launcher import Family, command, free_port, parser, verdict, wall_limit_s
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,12 @@ def test_every_option_becomes_a_launch_argument_that_exists(tmp_path: Path) -> N
 def test_the_sander_is_left_out_where_there_is_no_manipulator() -> None:
     assert "sander:=false" in command(parser().parse_args(["--case", "single"]), 1)
     assert "sander:=true" in command(parser().parse_args(["--case", "no_such_scene"]), 1)
+
+
+def test_a_soak_has_the_time_it_needs() -> None:
+    assert wall_limit_s(parser().parse_args([])) == 900.0
+    assert wall_limit_s(parser().parse_args(["--soak", "3600"])) == 900.0 + 4 * 3600.0
+    assert wall_limit_s(parser().parse_args(["--soak", "3600", "--wall-limit", "60"])) == 60.0
 
 
 def test_a_free_port_is_free() -> None:
