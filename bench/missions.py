@@ -20,6 +20,7 @@ from typing import Any, Dict, List
 import yaml
 
 from yarm.experiments.statistics import wilson_interval
+from yarm.experiments.writers import is_finished
 from yarm.ros.experiment_launcher import run as run_experiment
 
 CASES = ("1m1ma", "2m1ma", "3m")
@@ -30,7 +31,7 @@ def summaries(results: Path, case: str, seeds: range, limit_s: float) -> List[Di
     found = []
     for seed in seeds:
         path = results / case / str(seed) / "summary.yaml"
-        if not path.is_file():
+        if not is_finished(path.parent):
             started = time.monotonic()
             words = ["--case", case, "--seed", str(seed), "--sync", "--speed", "0", "--results", str(results)]
             code = run_experiment([*words, "--wall-limit", str(limit_s)])

@@ -10,6 +10,7 @@ from typing import Any, Callable, List, Mapping, Sequence, TextIO
 
 import yaml
 
+from yarm.experiments.writers import is_finished
 from yarm.resources import package_root
 
 CASES = ("2m1ma", "3m")
@@ -24,7 +25,7 @@ def run_missions(folder: Path, on_progress: Callable[[int, int, str], None], cas
     for done, case in enumerate(cases):
         on_progress(done, len(cases), case)
         own = folder / case / str(SEED)
-        if not (own / "summary.yaml").is_file():
+        if not is_finished(own):
             own.mkdir(parents=True, exist_ok=True)
             with (own / "run.log").open("w") as log:
                 launch(mission_command(folder, case), log)

@@ -13,6 +13,7 @@ from yarm.experiments.missions import experiment_command, launch
 from yarm.experiments.statistics import Proportion, percentile
 from yarm.experiments.tables import markdown_table
 from yarm.experiments.trial import TrialResult, TrialSpec, raster_share
+from yarm.experiments.writers import is_finished
 
 SCENE = "1m1ma_target"
 PARTICLES = 333
@@ -58,7 +59,7 @@ def run_sample(
     for done, spec in enumerate(specs):
         on_progress(done, len(specs), spec.key)
         summary = summary_file(folder, spec)
-        if not summary.is_file():
+        if not is_finished(summary.parent):
             (folder / spec.planner).mkdir(parents=True, exist_ok=True)
             with (folder / f"{spec.key}.log").open("w") as log:
                 launch(command(folder, spec), log)

@@ -15,6 +15,15 @@ from yarm.experiments.record import PathRow, RunRecord, TimingRow, WaypointRow
 TABLES = ("waypoints", "path", "timing")
 FILES = ("summary.yaml", *(f"{name}.csv" for name in TABLES))
 
+CUT_SHORT = "ROS is shutting down"
+"""Says in the faults of a run that it did not end by itself."""
+
+
+def is_finished(folder: Path) -> bool:
+    """Whether a run has left its results in a folder and was not cut short: else a study runs it again."""
+    summary = folder / "summary.yaml"
+    return summary.is_file() and CUT_SHORT not in summary.read_text()
+
 
 def write_run(record: RunRecord, folder: Path) -> None:
     """Write all files of a run into a folder, which is made when missing."""

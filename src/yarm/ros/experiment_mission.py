@@ -8,6 +8,7 @@ from typing import Callable, FrozenSet, Optional, Set, Tuple
 
 import rospy
 
+from yarm.experiments.writers import CUT_SHORT
 from yarm.msg import CommanderStatus
 from yarm.ros import names
 from yarm.ros.experiment_inputs import ExperimentInputs
@@ -151,10 +152,10 @@ class MissionDriver:
         """Wait a little, in lock-step for the next moment to act at.
 
         Raises:
-            MissionError: ROS is shutting down.
+            MissionError: ROS shuts down.
         """
         if rospy.is_shutdown():
-            raise MissionError("ROS is shutting down")
+            raise MissionError(CUT_SHORT)
         self._on_wait(what)
         if self._lock_step is None:
             time.sleep(POLL_S)

@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from yarm.experiments import missions
+from yarm.experiments.writers import CUT_SHORT, is_finished
 
 
 def leave_results(own: Path, success: bool) -> None:
@@ -15,6 +16,15 @@ def leave_results(own: Path, success: bool) -> None:
     faults = [] if success else ["ankurbot_1 (arm) touched table (table)"]
     (own / "summary.yaml").write_text(yaml.safe_dump({"success": success, "faults": faults}))
     (own / "map.png").write_bytes(b"")
+
+
+def test_a_run_that_was_cut_short_is_not_finished(tmp_path: Path) -> None:
+    assert not is_finished(tmp_path)
+    leave_results(tmp_path, success=False)
+    assert is_finished(tmp_path)
+    fault = f"the Commander's mission ended 'failed': {CUT_SHORT}"
+    (tmp_path / "summary.yaml").write_text(yaml.safe_dump({"success": False, "faults": [fault]}))
+    assert not is_finished(tmp_path)
 
 
 def test_missions_with_results_are_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
