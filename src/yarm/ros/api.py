@@ -123,7 +123,7 @@ TOPICS: Tuple[Topic, ...] = (
     Topic(
         names.STEP_ACK,
         "yarm/StepAck",
-        f"{COMMANDER}, {CONTROLS}, {SANDER}",
+        f"{COMMANDER}, {CONTROLS}, {SANDER}, {SAFETY}, run_experiment",
         SIM,
         "each tick, in lock-step only",
         queue=100,
