@@ -1,4 +1,4 @@
-"""The diagram of docs/architecture.md against the documented interface: nodes that exist, arrows that carry something."""
+"""The diagram of docs/architecture.md against the documented interface: nodes exist, arrows carry something."""
 
 from __future__ import annotations
 
