@@ -3,7 +3,7 @@
 
 Usage::
 
-    build/devel/lib/yarm/perception_core_bench | tee results/bench/perception_core.log
+    devel/lib/yarm/perception_core_bench | tee results/bench/perception_core.log
     python3 bench/perception_core_plot.py results/bench/perception_core.log results/bench/perception_core.png
 """
 
