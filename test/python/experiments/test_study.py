@@ -8,14 +8,20 @@ import json
 from pathlib import Path
 from typing import List
 
+import numpy as np
 import pytest
 
 from yarm.experiments import study_runner
+from yarm.experiments.kinematic import KinematicWorld
 from yarm.experiments.reproduce import main
 from yarm.experiments.study import PARTICLES, PUBLISHED, single_study, summarise, table_rows, table_study
 from yarm.experiments.study_report import planning_times, plot_rates, write_table, write_trials
 from yarm.experiments.study_runner import StudyError, load_results, run_specs
 from yarm.experiments.trial import TrialResult, TrialSpec, run_trial
+from yarm.geometry import GridSpec
+from yarm.planning.original_planner import OriginalPlanner
+from yarm.planning.params import PlannerParams
+from yarm.sim.scene import load_scene
 
 TINY = [TrialSpec("single", "yarm", True, 20, seed) for seed in range(2)]
 
@@ -108,6 +114,17 @@ def test_one_failing_trial_is_named_and_the_others_are_kept(tmp_path: Path, monk
     with pytest.raises(StudyError, match=r"1 of 2 trials failed: single-yarm-replanning-0020-0000.*no such scene"):
         run_specs(TINY, tmp_path, workers=1)
     assert set(load_results(tmp_path, TINY)) == {TINY[1].key}
+
+
+@pytest.mark.parametrize(("particles", "low", "high"), [(20, 5, 8), (100, 10, 14), (333, 20, 25), (2496, 35, 40)])
+def test_the_original_has_the_published_number_of_waypoints(particles: int, low: int, high: int) -> None:
+    request = KinematicWorld(load_scene("single"), GridSpec(), None).request({"ankurbot_1": "target_1"})
+    planner = OriginalPlanner(PlannerParams(particles=particles))
+    counts = []
+    for seed in range(9):
+        planner.reset()
+        counts.append(len(planner.plan(request, np.random.default_rng(seed)).robots["ankurbot_1"].path))
+    assert low - 1 <= np.median(counts) <= high + 1, counts
 
 
 def test_the_study_covers_the_published_table_at_least_30_times() -> None:
