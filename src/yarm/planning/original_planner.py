@@ -27,8 +27,9 @@ from yarm.planning.types import Column, FleetPlan, Goal, PlanRequest, PlanStatus
 
 TURN_STEP_DEG = 10.0
 MARGIN_CELLS = 2
-"""What is kept from everything in the robot-less map, in all 26 directions. The publication gives no number; of 0, 1
-and 2 this is the one that shows its waypoint counts and its free ways at 2496 particles (docs/experiments.md)."""
+"""What is kept from everything in the robot-less map, in all 26 directions, but where a robot already stands. The
+publication gives no number; of 0, 1 and 2 this is the one that shows its waypoint counts and its rates of touching
+(docs/experiments.md)."""
 NEAR_CELLS = 3.0
 """A first waypoint this near is left out when another follows."""
 
@@ -162,7 +163,7 @@ class _Map:
     ) -> None:
         usable = [robot for robot in request.robots if check.robot_fault(robot, request) is None]
         assigned = [robot for robot in usable if robot.name in request.assignments]
-        self._fixed = _grown(check.robotless_grid(request, assigned))
+        self._fixed = _with_margin(request, assigned)
         self._shape = np.asarray(request.spec.shape)
         self._touch_cost = float(request.spec.n_cells)
         self._ratio = request.spec.resolution[1] / request.spec.resolution[0]
@@ -244,10 +245,15 @@ class _Map:
         grid[inside[:, 0], inside[:, 1], inside[:, 2]] = True
 
 
-def _grown(grid: BoolArray) -> BoolArray:
-    """A grid with the margin taken as well."""
+def _with_margin(request: PlanRequest, robots: Sequence[Robot]) -> BoolArray:
+    """The robot-less map with its margin; where the robots stand the margin does not count, so that they can leave."""
+    standing = check.robotless_grid(request, robots)
     every_neighbour = np.ones((3, 3, 3), dtype=np.bool_)
-    grown: BoolArray = ndimage.binary_dilation(grid, every_neighbour, iterations=MARGIN_CELLS)
+    grown: BoolArray = ndimage.binary_dilation(standing, every_neighbour, iterations=MARGIN_CELLS)
+    for robot in robots:
+        cells = robot.cells[request.spec.contains(robot.cells)]
+        grown[cells[:, 0], cells[:, 1], cells[:, 2]] = False
+    grown |= standing
     return grown
 
 
