@@ -26,7 +26,9 @@ target_include_directories(yarm_perception PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/in
 target_include_directories(yarm_perception SYSTEM PUBLIC ${EIGEN3_INCLUDE_DIRS} PRIVATE ${PCL_INCLUDE_DIRS})
 target_link_libraries(yarm_perception PRIVATE ${PCL_LIBRARIES} fcl)
 # No fused multiply-add: both back ends must round alike.
-target_compile_options(yarm_perception PRIVATE -O3 -Wall -Wextra -Wpedantic -ffp-contract=off -fno-semantic-interposition)
+target_compile_options(yarm_perception PRIVATE
+  -O3 -Wall -Wextra -Wpedantic -ffp-contract=off -fno-math-errno -fno-semantic-interposition
+)
 install(TARGETS yarm_perception
   ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
   LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}

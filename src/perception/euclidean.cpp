@@ -24,12 +24,20 @@ EuclideanClusters::EuclideanClusters(const Eigen::Vector3f& min, const Eigen::Ve
   ny_ = sites(1);
   nz_ = sites(2);
   table_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(nz_), -1);
-  for (int dz = -kReach; dz <= kReach; ++dz) {
+  taken_.assign(table_.size() / 64 + 2, 0);
+  for (int dz = 0; dz <= kReach; ++dz) {
     for (int dy = -kReach; dy <= kReach; ++dy) {
+      Row near{(dz * ny_ + dy) * nx_ - kReach, 0};
+      Row far = near;
       for (int dx = -kReach; dx <= kReach; ++dx) {
-        const int offset = (dz * ny_ + dy) * nx_ + dx;
-        if (dz > 0 || (dz == 0 && (dy > 0 || (dy == 0 && dx > 0)))) {
-          (std::max({std::abs(dx), std::abs(dy), dz}) == 1 ? near_ : far_).push_back(offset);
+        if (dz > 0 || dy > 0 || (dy == 0 && dx > 0)) {
+          (std::max({std::abs(dx), std::abs(dy), dz}) == 1 ? near : far).sites |= 1U << (dx + kReach);
+        }
+      }
+      for (auto* rows : {&near_, &far_}) {
+        const Row& row = rows == &near_ ? near : far;
+        if (row.sites != 0) {
+          rows->push_back(row);
         }
       }
     }
@@ -62,6 +70,7 @@ void EuclideanClusters::bin(const std::vector<Eigen::Vector3f>& points) {
     if (bin < 0) {
       bin = static_cast<std::int32_t>(site_.size());
       site_.push_back(site);
+      taken_[static_cast<std::size_t>(site) / 64] |= std::uint64_t{1} << (site % 64);
       first_.push_back(-1);
     }
     bin_of_[i] = bin;
@@ -81,19 +90,28 @@ bool EuclideanClusters::reaches(const std::vector<Eigen::Vector3f>& points, std:
   return false;
 }
 
-void EuclideanClusters::joinAlong(const std::vector<Eigen::Vector3f>& points,
-                                  const std::vector<std::int32_t>& offsets) {
+std::uint32_t EuclideanClusters::taken(std::int32_t site, const Row& row) const {
+  const auto first = static_cast<std::size_t>(site + row.offset);
+  const std::size_t shift = first % 64;
+  const std::uint64_t low = taken_[first / 64] >> shift;
+  const std::uint64_t high = taken_[first / 64 + 1] << 1 << (63 - shift);
+  return static_cast<std::uint32_t>(low | high) & row.sites;
+}
+
+void EuclideanClusters::joinAlong(const std::vector<Eigen::Vector3f>& points, const std::vector<Row>& rows) {
   const auto bins = static_cast<std::int32_t>(site_.size());
   for (std::int32_t b = 0; b < bins; ++b) {
-    for (const std::int32_t offset : offsets) {
-      const std::int32_t other = table_[site_[b] + offset];
-      if (other < 0 || root_[other] == root_[b]) {
-        continue;
-      }
-      const std::int32_t root_a = find(b);
-      const std::int32_t root_b = find(other);
-      if (root_a != root_b && reaches(points, b, other)) {
-        parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+    for (const Row& row : rows) {
+      for (std::uint32_t sites = taken(site_[b], row); sites != 0; sites &= sites - 1) {
+        const std::int32_t other = table_[site_[b] + row.offset + __builtin_ctz(sites)];
+        if (root_[other] == root_[b]) {
+          continue;
+        }
+        const std::int32_t root_a = find(b);
+        const std::int32_t root_b = find(other);
+        if (root_a != root_b && reaches(points, b, other)) {
+          parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+        }
       }
     }
   }
@@ -111,6 +129,7 @@ int EuclideanClusters::label(const std::vector<Eigen::Vector3f>& points, std::ve
   joinAlong(points, far_);
   for (const std::int32_t site : site_) {
     table_[site] = -1;
+    taken_[static_cast<std::size_t>(site) / 64] = 0;
   }
   labels.resize(points.size());
   int count = 0;

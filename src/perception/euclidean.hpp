@@ -21,7 +21,14 @@ class EuclideanClusters {
   std::int32_t find(std::int32_t node);
   void bin(const std::vector<Eigen::Vector3f>& points);
   [[nodiscard]] bool reaches(const std::vector<Eigen::Vector3f>& points, std::int32_t a, std::int32_t b) const;
-  void joinAlong(const std::vector<Eigen::Vector3f>& points, const std::vector<std::int32_t>& offsets);
+  /// Some of five neighbouring sites in a row: bit k stands for the site `offset` + k away.
+  struct Row {
+    std::int32_t offset;
+    std::uint32_t sites;
+  };
+  /// Those sites of a row, seen from a site, that hold points.
+  [[nodiscard]] std::uint32_t taken(std::int32_t site, const Row& row) const;
+  void joinAlong(const std::vector<Eigen::Vector3f>& points, const std::vector<Row>& rows);
 
   Eigen::Vector3f min_;
   float inverse_edge_;
@@ -34,8 +41,9 @@ class EuclideanClusters {
   std::vector<std::int32_t> bin_of_;  // occupied bin of each point
   std::vector<std::int32_t> parent_;  // union-find over occupied bins
   std::vector<std::int32_t> root_;    // root of each bin when the present round of joining began
-  std::vector<std::int32_t> near_;    // half of the direct neighbours
-  std::vector<std::int32_t> far_;     // half of the next ring
+  std::vector<std::uint64_t> taken_;  // a bit for each lattice site that holds points; all 0 between calls
+  std::vector<Row> near_;             // half of the direct neighbours
+  std::vector<Row> far_;              // half of the next ring
 };
 
 }  // namespace yarm::perception

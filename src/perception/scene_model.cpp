@@ -16,6 +16,16 @@ constexpr float kAwayCosine = 0.05F;
 constexpr std::int32_t kNone = -1;
 constexpr std::int32_t kMany = -2;
 constexpr float kLookBack = 0.3F;  // rays are followed from this far before a point, metres
+
+using solid_math::Four;
+using solid_math::FourBits;
+using FourVectors = solid_math::Vector<Four>;
+
+FourVectors times(const Eigen::Matrix3f& m, const FourVectors& v) {
+  return {m(0, 0) * v.x + m(0, 1) * v.y + m(0, 2) * v.z, m(1, 0) * v.x + m(1, 1) * v.y + m(1, 2) * v.z,
+          m(2, 0) * v.x + m(2, 1) * v.y + m(2, 2) * v.z};
+}
+
 }  // namespace
 
 SceneModel::SceneModel(const AssociationParams& params) : params_(params) {
@@ -81,7 +91,7 @@ void SceneModel::index() {
       static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
   begin_.assign(sites + 2, 0);
   sole_.assign(sites, kNone);
-  hint_ = 0;
+  head_.resize(sites, -1);
   for (const Piece& piece : pieces_) {
     forSites(piece, [&](std::size_t site) {
       ++begin_[site + 1];
@@ -112,6 +122,14 @@ bool SceneModel::isNear(const Piece& piece, const MergedPoint& point, SurfaceDis
   }
   const Eigen::Vector3f ray = piece.R_solid_world * Eigen::Vector3f(point.ux, point.uy, point.uz);
   return out.distance <= std::min(kLargestMargin, tolerance_ + sigmas_ * point.sigma * std::abs(ray.dot(out.normal)));
+}
+
+/// Distances of four points to a solid, and normals in the world.
+inline solid_math::Surface<Four> SceneModel::surfaceOf(const Piece& piece, const FourVectors& p) {
+  const Eigen::Matrix3f& R = piece.R_solid_world;
+  const FourVectors from{p.x - piece.centre.x(), p.y - piece.centre.y(), p.z - piece.centre.z()};
+  const solid_math::Surface<Four> s = solid_math::distance(piece.shape, piece.size, times(R, from));
+  return {s.distance, times(R.transpose(), s.normal)};
 }
 
 std::size_t SceneModel::nearestCandidate() const {
@@ -157,23 +175,81 @@ std::size_t SceneModel::likeliest(const MergedPoint& point) const {
   return best;
 }
 
-bool SceneModel::hinted(const MergedPoint& point, int sole, Explanation& out) const {
-  const Piece& piece = pieces_[static_cast<std::size_t>(hint_)];
-  SurfaceDistance s;
-  if (piece.object != sole || !isNear(piece, point, s) || std::abs(s.distance) > tolerance_) {
-    return false;
+void SceneModel::bin(const std::vector<MergedPoint>& points) {
+  next_.resize(points.size());
+  taken_.clear();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const int site = siteOf(points[i].x, points[i].y, points[i].z);
+    std::int32_t& head = head_[static_cast<std::size_t>(site)];
+    if (head < 0) {
+      taken_.push_back(site);
+    }
+    next_[i] = head;
+    head = static_cast<std::int32_t>(i);
   }
-  out = {hint_, sole, s.distance, piece.R_solid_world.transpose() * s.normal};
-  return true;
 }
 
-Explanation SceneModel::explain(const MergedPoint& point) const {
-  const auto site = static_cast<std::size_t>(siteOf(point.x, point.y, point.z));
-  Explanation quick;
-  // Neighbouring pixels mostly see the same solid; where nothing else is near, the first that fits will do.
-  if (sole_[site] >= 0 && hinted(point, sole_[site], quick)) {
-    return quick;
+void SceneModel::explain(const std::vector<MergedPoint>& points, std::vector<Explanation>& out) {
+  bin(points);
+  out.assign(points.size(), {});
+  for (const std::int32_t taken : taken_) {
+    const auto site = static_cast<std::size_t>(taken);
+    if (sole_[site] >= 0) {
+      alike(site, points, out);
+    } else if (sole_[site] == kMany) {
+      for (std::int32_t i = head_[site]; i >= 0; i = next_[static_cast<std::size_t>(i)]) {
+        out[static_cast<std::size_t>(i)] = among(site, points[static_cast<std::size_t>(i)]);
+      }
+    }
+    head_[site] = -1;
   }
+}
+
+void SceneModel::alike(std::size_t site, const std::vector<MergedPoint>& points, std::vector<Explanation>& out) const {
+  constexpr int kLanes = 4;
+  for (std::int32_t i = head_[site]; i >= 0;) {
+    std::size_t at[kLanes];
+    int count = 0;
+    for (; count < kLanes && i >= 0; i = next_[static_cast<std::size_t>(i)]) {
+      at[count++] = static_cast<std::size_t>(i);
+    }
+    std::fill(at + count, at + kLanes, at[0]);
+    const MergedPoint& a = points[at[0]];
+    const MergedPoint& b = points[at[1]];
+    const MergedPoint& c = points[at[2]];
+    const MergedPoint& d = points[at[3]];
+    const FourVectors p{{a.x, b.x, c.x, d.x}, {a.y, b.y, c.y, d.y}, {a.z, b.z, c.z, d.z}};
+    const FourVectors ray{{a.ux, b.ux, c.ux, d.ux}, {a.uy, b.uy, c.uy, d.uy}, {a.uz, b.uz, c.uz, d.uz}};
+    const Four noise = sigmas_ * Four{a.sigma, b.sigma, c.sigma, d.sigma};
+    Four best = Four{} + std::numeric_limits<float>::infinity();  // distance without sign
+    solid_math::Surface<Four> surface{};
+    FourBits piece = FourBits{} + kNone;
+    for (std::int32_t e = begin_[site + 1]; e < begin_[site + 2]; ++e) {
+      const std::int32_t index = list_[static_cast<std::size_t>(e)];
+      const solid_math::Surface<Four> s = surfaceOf(pieces_[static_cast<std::size_t>(index)], p);
+      const Four cosine = solid_math::magnitude(solid_math::dot(ray, s.normal));
+      const Four off = solid_math::magnitude(s.distance);
+      const Four limit = solid_math::smaller(tolerance_ + noise * cosine, Four{} + kLargestMargin);
+      const auto nearer = (s.distance <= limit) & (off < best);
+      best = nearer ? off : best;
+      surface.distance = nearer ? s.distance : surface.distance;
+      surface.normal.x = nearer ? s.normal.x : surface.normal.x;
+      surface.normal.y = nearer ? s.normal.y : surface.normal.y;
+      surface.normal.z = nearer ? s.normal.z : surface.normal.z;
+      piece = nearer ? FourBits{} + index : piece;
+    }
+    for (int k = 0; k < count; ++k) {
+      if (piece[k] >= 0) {
+        out[at[k]] = {piece[k],
+                      sole_[site],
+                      surface.distance[k],
+                      {surface.normal.x[k], surface.normal.y[k], surface.normal.z[k]}};
+      }
+    }
+  }
+}
+
+Explanation SceneModel::among(std::size_t site, const MergedPoint& point) {
   candidates_.clear();
   bool several = false;
   for (std::int32_t e = begin_[site + 1]; e < begin_[site + 2]; ++e) {
@@ -190,7 +266,6 @@ Explanation SceneModel::explain(const MergedPoint& point) const {
   std::size_t chosen = several ? firstMet(point) : nearestCandidate();
   chosen = chosen < candidates_.size() ? chosen : likeliest(point);
   const Candidate& best = candidates_[chosen];
-  hint_ = best.piece;
   const Piece& piece = pieces_[static_cast<std::size_t>(best.piece)];
   return {best.piece, piece.object, best.surface.distance, piece.R_solid_world.transpose() * best.surface.normal};
 }

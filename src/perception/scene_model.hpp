@@ -1,6 +1,8 @@
 // The known solids of one set at their present poses, and which of them explains a point.
 #pragma once
 
+#include "solid_math.hpp"
+
 #include "yarm/perception/association.hpp"
 #include "yarm/perception/solids.hpp"
 
@@ -29,9 +31,9 @@ class SceneModel {
   /// Finishes a set: lists the solids near each part of the volume.
   void index();
 
-  /// The surface a point lies on within its noise. Noise moves a point along its ray only: where several objects are
-  /// near, it is the one whose solid the ray meets first.
-  [[nodiscard]] Explanation explain(const MergedPoint& point) const;
+  /// For each point the surface it lies on within its noise. Noise moves a point along its ray only: where several
+  /// objects are near, it is the one whose solid the ray meets first.
+  void explain(const std::vector<MergedPoint>& points, std::vector<Explanation>& out);
   /// The nearest solid of all whose object `wanted` marks, within `reach` metres.
   [[nodiscard]] Explanation nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const;
   /// How far (in sigmas of its noise) a point is above the surface that explains it; for telling low things on a table.
@@ -58,7 +60,16 @@ class SceneModel {
     SurfaceDistance surface;  // in the solid's frame
   };
   [[nodiscard]] float slackOf(const MergedPoint& point) const { return tolerance_ + sigmas_ * point.sigma; }
+  using FourVectors = solid_math::Vector<solid_math::Four>;
+  /// Distances of four points to a solid, and normals in the world.
+  [[nodiscard]] static solid_math::Surface<solid_math::Four> surfaceOf(const Piece& piece, const FourVectors& p);
   [[nodiscard]] bool isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const;
+  /// Chains the points of each site, so that a site's solids are looked up once.
+  void bin(const std::vector<MergedPoint>& points);
+  /// Explains a point by the solids near its site, of several objects.
+  [[nodiscard]] Explanation among(std::size_t site, const MergedPoint& point);
+  /// Explains all points of a site by the nearest of its solids, which are one object's: four points at once.
+  void alike(std::size_t site, const std::vector<MergedPoint>& points, std::vector<Explanation>& out) const;
   [[nodiscard]] std::size_t nearestCandidate() const;
   [[nodiscard]] std::size_t firstMet(const MergedPoint& point) const;
   [[nodiscard]] std::size_t likeliest(const MergedPoint& point) const;
@@ -68,7 +79,6 @@ class SceneModel {
   };
   [[nodiscard]] Range sitesOf(const Piece& piece) const;
   [[nodiscard]] int siteOf(float x, float y, float z) const;
-  [[nodiscard]] bool hinted(const MergedPoint& point, int sole, Explanation& out) const;
   template <typename Visit>
   void forSites(const Piece& piece, Visit visit) const;
 
@@ -82,8 +92,10 @@ class SceneModel {
   std::vector<std::int32_t> begin_;  // begin_[s + 1] = first entry of site s in list_, begin_[s + 2] = its end
   std::vector<std::int32_t> list_;   // solids near each site
   std::vector<std::int32_t> sole_;   // the one object near each site, or kMany
-  mutable std::int32_t hint_{0};     // solid that explained the previous point
-  mutable std::vector<Candidate> candidates_;
+  std::vector<std::int32_t> head_;   // first point of each site, -1 = none, as it is between calls
+  std::vector<std::int32_t> next_;   // next point in the same site
+  std::vector<std::int32_t> taken_;  // sites with points
+  std::vector<Candidate> candidates_;
 };
 
 }  // namespace yarm::perception

@@ -114,10 +114,11 @@ class YarmAssociator : public Associator {
     }
     owner_.assign(points_->size(), kNobody);
     placed_.resize(points_->size());
+    model_.explain(*points_, explained_);
     for (std::size_t i = 0; i < points_->size(); ++i) {
       const MergedPoint& point = (*points_)[i];
+      const Explanation& why = explained_[i];
       placed_[i] = positionOf(point);
-      const Explanation why = model_.explain(point);
       if (why.piece < 0) {
         continue;
       }
@@ -406,6 +407,7 @@ class YarmAssociator : public Associator {
   const std::vector<MergedPoint>* points_{nullptr};
   bool calibrating_{false};
   std::int64_t set_number_{0};
+  std::vector<Explanation> explained_;
   std::vector<int> owner_;               // object of each point
   std::vector<Eigen::Vector3f> placed_;  // each point with its noise off a known surface taken away
   std::vector<std::uint32_t> rest_;      // points no surface explains
