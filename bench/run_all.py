@@ -18,7 +18,7 @@ PYTHON = sys.executable
 TARGETS = ("perception_core_bench",)
 BENCHMARKS: Dict[str, List[List[str]]] = {
     "perception_core": [[str(ROOT / "devel" / "lib" / "yarm" / "perception_core_bench")]],
-    "perception_nodes": [[PYTHON, "bench/perception_nodes.py"]],
+    "perception_nodes": [[PYTHON, "bench/perception_nodes.py", "--fuzz", "20000000"]],
     "simulation_cameras": [[PYTHON, "bench/simulation_cameras.py"]],
     "planning": [
         [PYTHON, "bench/planning.py", "families", "--count", "1000"],

@@ -1,17 +1,24 @@
 #!/usr/bin/env python3
 """Milliseconds for one camera set (four 320 x 320 depth clouds), beside PyBullet's TinyRenderer in the same run.
 
-    python3 bench/simulation_cameras.py
+    python3 bench/simulation_cameras.py [--plot results/bench/simulation_cameras.png]
 
-CPU time of one core, median of several sets. Also how it grows with robots, and, for Embree, with triangles.
+CPU time of one core, median and 99th percentile over many sets. Also how it grows with robots, and, for Embree, with
+triangles.
 """
 
 from __future__ import annotations
 
-import statistics
+import argparse
 import time
-from typing import Callable, List, Tuple
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Callable, List, Optional, Tuple
 
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
 import numpy as np
 import pybullet
 
@@ -24,29 +31,41 @@ from yarm.sim.rays_native import NativeRays, library_path
 from yarm.sim.scene import Scene, load_scene, scene_from
 from yarm.sim.world import World
 
+ROOT = Path(__file__).resolve().parents[1]
 SPOTS = ((2.0, 1.9, 180), (-2.0, 1.9, 0), (2.0, -1.9, 180), (-2.0, -1.9, 0), (2.0, 0.9, 180), (2.0, -0.9, 180))
 
 
-def milliseconds(work: Callable[[], object], repeats: int = 15) -> float:
-    """Median CPU milliseconds of a piece of work, after one warming up."""
+@dataclass(frozen=True)
+class Times:
+    """CPU milliseconds: median and 99th percentile."""
+
+    p50: float
+    p99: float
+
+    def __str__(self) -> str:
+        return f"{self.p50:8.2f} {self.p99:8.2f} ms"
+
+
+def measured(work: Callable[[], object], repeats: int) -> Times:
+    """Times of a piece of work, after one warming up."""
     work()
     times = []
     for _ in range(repeats):
         start = time.process_time()
         work()
         times.append(1e3 * (time.process_time() - start))
-    return statistics.median(times)
+    return Times(*(float(value) for value in np.percentile(times, (50, 99))))
 
 
-def camera_set(world: World, rays: Rays) -> float:
+def camera_set(world: World, rays: Rays, repeats: int = 200) -> Times:
     """One set of clouds with noise."""
     eyes = Eyes(1, True, rays)
     eyes.look_at(world.bodies, world.transforms())
     transforms = world.transforms()
-    return milliseconds(lambda: [eyes.overhead_cloud(camera, transforms, 1) for camera in (1, 2, 3, 4)])
+    return measured(lambda: [eyes.overhead_cloud(camera, transforms, 1) for camera in (1, 2, 3, 4)], repeats)
 
 
-def tiny_renderer(world: World) -> float:
+def tiny_renderer(world: World) -> Times:
     """Four images of PyBullet's software renderer: pictures and depth buffers only, no clouds, no noise."""
     lens = pybullet.computeProjectionMatrixFOV(135.0, 1.0, 0.1, 10.0)
     poses = Eyes(1, False).overhead_poses
@@ -59,12 +78,12 @@ def tiny_renderer(world: World) -> float:
                 renderer=pybullet.ER_TINY_RENDERER, physicsClientId=world.client,
             )  # fmt: skip
 
-    return milliseconds(draw, repeats=5)
+    return measured(draw, 30)
 
 
-def physics(world: World) -> float:
+def physics(world: World) -> Times:
     """The eight physics steps of a camera frame, with contacts gathered."""
-    return milliseconds(lambda: (world.tick(), world.tick()), repeats=60)
+    return measured(lambda: (world.tick(), world.tick()), 200)
 
 
 def robots_scene(n: int) -> Scene:
@@ -78,7 +97,7 @@ def robots_scene(n: int) -> Scene:
     )
 
 
-def triangles_table() -> List[Tuple[int, float]]:
+def triangles_table() -> List[Tuple[int, Times]]:
     """Embree: 20 000 rays against one ball of more and more triangles."""
     directions = KINECT.directions().reshape(-1, 3)[40000:60000]
     rows = []
@@ -86,35 +105,69 @@ def triangles_table() -> List[Tuple[int, float]]:
         corners = np.concatenate([sphere_triangles(0.5 + 0.001 * k) for k in range(n)])
         solid = EmbreeSolid(Solid("sphere", (0.5,), "ball", np.eye(4)), corners)
         origin = np.array([0.0, 0.0, -2.0], dtype=np.float32)
-        rows.append((len(corners), milliseconds(lambda: solid.cast(origin, directions))))  # noqa: B023
+        rows.append((len(corners), measured(lambda: solid.cast(origin, directions), 50)))  # noqa: B023
     return rows
 
 
-def main() -> None:
-    """Print the tables."""
-    path = library_path()
+def compare(path: Optional[Path]) -> None:
+    """Print what one set costs each renderer."""
     with World(load_scene("3m")) as world:
         world.run(0.2)
-        print("scene 3m (3 robots, HC10, table, stand), CPU ms for one set of four 320 x 320 cameras:")
         tiny = tiny_renderer(world)
         rows = [
             ("PyBullet TinyRenderer (no clouds, no noise)", tiny),
-            ("Embree (Python)", camera_set(world, EmbreeRays())),
+            ("Embree (Python)", camera_set(world, EmbreeRays(), 50)),
         ]
         if path is not None:
             rows.append(("C++ primitives (what runs)", camera_set(world, NativeRays(path))))
-        for name, value in rows:
-            print(f"  {name:45s} {value:8.2f} ms   {tiny / value:6.1f} x")
-        print(f"  {'physics, 8 steps of 1/240 s':45s} {physics(world):8.2f} ms")
-    print("growth with robots (HC10 besides), ms a set and ms of physics a frame:")
+        print("scene 3m (3 robots, HC10, table, stand), CPU for one set of four 320 x 320 cameras, p50 and p99:")
+        for name, times in rows:
+            print(f"  {name:45s} {times}   {tiny.p50 / times.p50:6.1f} x")
+        print(f"  {'physics, 8 steps of 1/240 s':45s} {physics(world)}")
+
+
+def growth(path: Optional[Path]) -> List[Tuple[Times, Times]]:
+    """Times of a camera set and of a frame's physics with 0, 1, ... robots beside the HC10."""
+    rows = []
     for n in range(len(SPOTS) + 1):
         with World(robots_scene(n)) as world:
             world.run(0.1)
-            best = NativeRays(path) if path is not None else EmbreeRays()
-            print(f"  {n} robots {camera_set(world, best):8.2f} ms {physics(world):8.2f} ms")
-    print("growth with triangles (Embree, 20 000 rays against one body):")
-    for n, value in triangles_table():
-        print(f"  {n:7d} triangles {value:8.2f} ms")
+            rows.append((camera_set(world, NativeRays(path) if path is not None else EmbreeRays()), physics(world)))
+    return rows
+
+
+def plot(rows: List[Tuple[Times, Times]], path: Path) -> None:
+    """Draw the growth with robots."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure, axes = plt.subplots(figsize=(6.4, 4.0))
+    for i, (label, marker) in enumerate((("four depth clouds", "o"), ("physics of a frame (8 steps)", "s"))):
+        times = [row[i] for row in rows]
+        (line,) = axes.plot([t.p50 for t in times], marker=marker, label=f"{label}, p50")
+        axes.plot([t.p99 for t in times], linestyle=":", color=line.get_color(), label=f"{label}, p99")
+    axes.set(xlabel="robots beside the HC10", ylabel="CPU ms a camera set", ylim=(0.0, None))
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def main() -> None:
+    """Print the tables, draw the plot."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--plot", type=Path, default=ROOT / "results" / "bench" / "simulation_cameras.png")
+    options = parser.parse_args()
+    path = library_path()
+    compare(path)
+    rows = growth(path)
+    print("growth with robots (HC10 besides), a set and the physics of a frame, p50 and p99 each:")
+    for n, (clouds, steps) in enumerate(rows):
+        print(f"  {n} robots {clouds} {steps}")
+    print("growth with triangles (Embree, 20 000 rays against one body), p50 and p99:")
+    for n, times in triangles_table():
+        print(f"  {n:7d} triangles {times}")
+    plot(rows, options.plot)
+    print(f"plot: {options.plot}")
 
 
 if __name__ == "__main__":
