@@ -98,7 +98,10 @@ def plot_rates(results: Sequence[TrialResult], path: Path) -> Path:
 
 
 def planning_times(results: Sequence[TrialResult]) -> Dict[Tuple[str, int], List[Tuple[float, float, float]]]:
-    """By planner and particles: median and quartiles, ms, of the planning time at each waypoint index."""
+    """By planner and particles: median and quartiles, ms, of the planning time at each waypoint index.
+
+    Only as far as half of the trials go, so that a median is not one stray trial's.
+    """
     times: Dict[Tuple[str, int], List[List[float]]] = {}
     for result in results:
         rows = times.setdefault((result.spec.planner, result.spec.particles), [])
@@ -107,7 +110,11 @@ def planning_times(results: Sequence[TrialResult]) -> Dict[Tuple[str, int], List
                 rows.append([])
             rows[index].append(value)
     return {
-        key: [(percentile(row, 50), percentile(row, 25), percentile(row, 75)) for row in rows]
+        key: [
+            (percentile(row, 50), percentile(row, 25), percentile(row, 75))
+            for row in rows
+            if 2 * len(row) >= len(rows[0])
+        ]
         for key, rows in sorted(times.items())
     }
 
