@@ -62,6 +62,7 @@ if(CATKIN_ENABLE_TESTING)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     target_link_libraries(${test} yarm_scene_factory gtest_main)
   endforeach()
+  target_include_directories(perception_map_test PRIVATE src/perception)
 endif()
 
 if(TARGET yarm_scene_factory)

@@ -19,7 +19,25 @@ constexpr float kLookBack = 0.3F;  // rays are followed from this far before a p
 
 using solid_math::Four;
 using solid_math::FourBits;
-using FourVectors = solid_math::Vector<Four>;
+using solid_math::FourVectors;
+constexpr int kLanes = 4;
+
+/// What is needed of four points.
+struct FourPoints {
+  FourVectors position;
+  FourVectors ray;
+  Four sigma;
+};
+
+FourPoints pick(const std::vector<MergedPoint>& points, const std::size_t (&at)[kLanes]) {
+  const MergedPoint& a = points[at[0]];
+  const MergedPoint& b = points[at[1]];
+  const MergedPoint& c = points[at[2]];
+  const MergedPoint& d = points[at[3]];
+  return {FourVectors{Four{a.x, b.x, c.x, d.x}, Four{a.y, b.y, c.y, d.y}, Four{a.z, b.z, c.z, d.z}},
+          FourVectors{Four{a.ux, b.ux, c.ux, d.ux}, Four{a.uy, b.uy, c.uy, d.uy}, Four{a.uz, b.uz, c.uz, d.uz}},
+          Four{a.sigma, b.sigma, c.sigma, d.sigma}};
+}
 
 FourVectors times(const Eigen::Matrix3f& m, const FourVectors& v) {
   return {m(0, 0) * v.x + m(0, 1) * v.y + m(0, 2) * v.z, m(1, 0) * v.x + m(1, 1) * v.y + m(1, 2) * v.z,
@@ -124,7 +142,6 @@ bool SceneModel::isNear(const Piece& piece, const MergedPoint& point, SurfaceDis
   return out.distance <= std::min(kLargestMargin, tolerance_ + sigmas_ * point.sigma * std::abs(ray.dot(out.normal)));
 }
 
-/// Distances of four points to a solid, and normals in the world.
 inline solid_math::Surface<Four> SceneModel::surfaceOf(const Piece& piece, const FourVectors& p) {
   const Eigen::Matrix3f& R = piece.R_solid_world;
   const FourVectors from{p.x - piece.centre.x(), p.y - piece.centre.y(), p.z - piece.centre.z()};
@@ -206,7 +223,6 @@ void SceneModel::explain(const std::vector<MergedPoint>& points, std::vector<Exp
 }
 
 void SceneModel::alike(std::size_t site, const std::vector<MergedPoint>& points, std::vector<Explanation>& out) const {
-  constexpr int kLanes = 4;
   for (std::int32_t i = head_[site]; i >= 0;) {
     std::size_t at[kLanes];
     int count = 0;
@@ -214,22 +230,16 @@ void SceneModel::alike(std::size_t site, const std::vector<MergedPoint>& points,
       at[count++] = static_cast<std::size_t>(i);
     }
     std::fill(at + count, at + kLanes, at[0]);
-    const MergedPoint& a = points[at[0]];
-    const MergedPoint& b = points[at[1]];
-    const MergedPoint& c = points[at[2]];
-    const MergedPoint& d = points[at[3]];
-    const FourVectors p{{a.x, b.x, c.x, d.x}, {a.y, b.y, c.y, d.y}, {a.z, b.z, c.z, d.z}};
-    const FourVectors ray{{a.ux, b.ux, c.ux, d.ux}, {a.uy, b.uy, c.uy, d.uy}, {a.uz, b.uz, c.uz, d.uz}};
-    const Four noise = sigmas_ * Four{a.sigma, b.sigma, c.sigma, d.sigma};
+    const FourPoints four = pick(points, at);
     Four best = Four{} + std::numeric_limits<float>::infinity();  // distance without sign
     solid_math::Surface<Four> surface{};
     FourBits piece = FourBits{} + kNone;
     for (std::int32_t e = begin_[site + 1]; e < begin_[site + 2]; ++e) {
       const std::int32_t index = list_[static_cast<std::size_t>(e)];
-      const solid_math::Surface<Four> s = surfaceOf(pieces_[static_cast<std::size_t>(index)], p);
-      const Four cosine = solid_math::magnitude(solid_math::dot(ray, s.normal));
+      const solid_math::Surface<Four> s = surfaceOf(pieces_[static_cast<std::size_t>(index)], four.position);
+      const Four cosine = solid_math::magnitude(solid_math::dot(four.ray, s.normal));
       const Four off = solid_math::magnitude(s.distance);
-      const Four limit = solid_math::smaller(tolerance_ + noise * cosine, Four{} + kLargestMargin);
+      const Four limit = solid_math::smaller(tolerance_ + sigmas_ * four.sigma * cosine, Four{} + kLargestMargin);
       const auto nearer = (s.distance <= limit) & (off < best);
       best = nearer ? off : best;
       surface.distance = nearer ? s.distance : surface.distance;

@@ -60,9 +60,9 @@ class SceneModel {
     SurfaceDistance surface;  // in the solid's frame
   };
   [[nodiscard]] float slackOf(const MergedPoint& point) const { return tolerance_ + sigmas_ * point.sigma; }
-  using FourVectors = solid_math::Vector<solid_math::Four>;
   /// Distances of four points to a solid, and normals in the world.
-  [[nodiscard]] static solid_math::Surface<solid_math::Four> surfaceOf(const Piece& piece, const FourVectors& p);
+  [[nodiscard]] static solid_math::Surface<solid_math::Four> surfaceOf(const Piece& piece,
+                                                                       const solid_math::FourVectors& p);
   [[nodiscard]] bool isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const;
   /// Chains the points of each site, so that a site's solids are looked up once.
   void bin(const std::vector<MergedPoint>& points);

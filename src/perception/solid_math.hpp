@@ -19,6 +19,8 @@ struct Vector {
   T x, y, z;
 };
 
+using FourVectors = Vector<Four>;
+
 /// Distance and outward normal.
 template <typename T>
 struct Surface {

@@ -1,5 +1,6 @@
 // From associated points to the map: grid, owners, unknown things, prediction; and the geometry below.
 #include "association_score.hpp"
+#include "scene_model.hpp"
 
 #include "yarm/perception/predict.hpp"
 #include "yarm/perception/solids.hpp"
@@ -52,6 +53,63 @@ TEST(Solids, TheNormalLeadsToTheSurface) {
       EXPECT_NEAR(pc::surfaceDistance(shape, size, p - s.distance * s.normal).distance, 0.F, 1e-4F) << "try " << i;
     }
   }
+}
+
+/// The nearest of an object's solids that a point may lie on, by the definition: one point, one solid at a time.
+int nearestSolid(const pc::AssociationParams& params, const std::vector<pc::Solid>& solids, const pc::MergedPoint& p,
+                 float& distance) {
+  int best = -1;
+  distance = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    const Eigen::Isometry3f T = solids[i].T_frame_solid.cast<float>();
+    const pc::SurfaceDistance s = pc::surfaceDistance(solids[i].shape, solids[i].size.cast<float>(),
+                                                      T.inverse() * Eigen::Vector3f(p.x, p.y, p.z));
+    const float across = std::abs(Eigen::Vector3f(p.ux, p.uy, p.uz).dot(T.linear() * s.normal));
+    const double limit = std::min(0.12, params.shape_tolerance + params.noise_sigmas * p.sigma * across);
+    if (s.distance <= limit && std::abs(s.distance) < std::abs(distance)) {
+      best = static_cast<int>(i);
+      distance = s.distance;
+    }
+  }
+  return best;
+}
+
+TEST(SceneModel, TheNearestSolidOfAnObjectExplainsAPoint) {
+  const pc::AssociationParams params;
+  std::mt19937_64 random(3);
+  std::vector<pc::Solid> solids;
+  for (int i = 0; i < 24; ++i) {
+    pc::Solid solid;
+    solid.shape = kShapes[static_cast<std::size_t>(i) % kShapes.size()];
+    solid.size = {0.1, 0.2, 0.3};
+    solid.T_frame_solid = Eigen::Translation3d(randomVector(random, 0.5F).cast<double>() + Eigen::Vector3d(0, 0, 0.6)) *
+                          Eigen::AngleAxisd(0.3 * i, randomVector(random, 1.F).cast<double>().normalized());
+    solids.push_back(solid);
+  }
+  pc::SceneModel model(params);
+  for (const pc::Solid& solid : solids) {
+    model.add(0, solid, solid.T_frame_solid);
+  }
+  model.index();
+  std::vector<pc::MergedPoint> points;
+  for (int i = 0; i < 3001; ++i) {
+    const Eigen::Vector3f p = randomVector(random, 0.6F) + Eigen::Vector3f(0.F, 0.F, 0.6F);
+    const Eigen::Vector3f ray = randomVector(random, 1.F).normalized();
+    points.push_back({p.x(), p.y(), p.z(), 0.01F, ray.x(), ray.y(), ray.z(), 0});
+  }
+  std::vector<pc::Explanation> explained;
+  model.explain(points, explained);
+  int hits = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    float distance;
+    const int expected = nearestSolid(params, solids, points[i], distance);
+    hits += expected >= 0 ? 1 : 0;
+    ASSERT_EQ(explained[i].piece >= 0, expected >= 0) << "point " << i;
+    if (expected >= 0) {
+      EXPECT_NEAR(std::abs(explained[i].distance), std::abs(distance), 1e-5F) << "point " << i;
+    }
+  }
+  EXPECT_GT(hits, 300);
 }
 
 TEST(Solids, SamplesLieOnTheSurfaceAndLeaveNoGap) {
