@@ -64,7 +64,7 @@ nothing); "1 s" is BIT* given one second of processor time to shorten its path. 
 """
 
 
-def _families(records: Iterable[Record]) -> str:
+def _families(records: Sequence[Record]) -> str:
     rows = []
     for family, group in _grouped(records, 1).items():
         solved = sum(r["status"] == "SOLVED" for r in group)
@@ -81,7 +81,19 @@ def _families(records: Iterable[Record]) -> str:
             ]
         )
     head = ["family", "instances", "solved", "steps checked", "refused", "touches", "steps p50", "steps max"]
-    return "## Promises of yarm, stepped to the end\n\nEvery instance is known to be solvable.\n\n" + _table(head, rows)
+    title = "## Promises of yarm, stepped to the end\n\nEvery instance is known to be solvable.\n\n"
+    return (
+        title + _table(head, rows) + "\nEach planning step of these runs, by robots in the cell:\n\n" + _steps(records)
+    )
+
+
+def _steps(records: Sequence[Record]) -> str:
+    """Times of single planning steps by the number of robots."""
+    rows = []
+    for robots in sorted({record["robots"] for record in records}):
+        ms = [value for record in records if record["robots"] == robots for value in record["ms"]]
+        rows.append([robots, len(ms), *(f"{np.percentile(ms, q):.1f}" for q in (50, 99, 100))])
+    return _table(["robots", "plans", "ms p50", "ms p99", "ms max"], rows)
 
 
 def _first_plans(records: Iterable[Record]) -> str:
