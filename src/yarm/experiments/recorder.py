@@ -21,6 +21,7 @@ from yarm.experiments.record import (
 )
 from yarm.experiments.scoring import judge
 from yarm.experiments.statistics import percentile
+from yarm.experiments.track import Track
 from yarm.geometry import GridSpec
 
 GOAL_KINDS = ("Debris", "Target")
@@ -82,7 +83,7 @@ class Recorder:
         self._start_s = start_s
         self._period_s = path_period_s
         self._robots = list(robots)
-        self._path: List[PathRow] = []
+        self._track = Track()
         self._last: Dict[str, PathRow] = {}
         self._length_m: Dict[str, float] = dict.fromkeys(robots, 0.0)
         self._goal_xy: Dict[str, Tuple[float, float]] = {}
@@ -149,7 +150,7 @@ class Recorder:
                 return
             self._length_m[robot] += math.hypot(x_m - last.x_m, y_m - last.y_m)
         self._last[robot] = row
-        self._path.append(row)
+        self._track.add(row)
 
     def goal_pose(self, goal: str, x_m: float, y_m: float) -> None:
         """Where a goal is now, metres, world."""
@@ -257,7 +258,7 @@ class Recorder:
             self.pauses,
             tuple(sorted(usage, key=lambda u: -u.cpu_share)),
             tuple(sorted(self._waypoints, key=lambda row: (row.time_s, row.robot))),
-            tuple(self._path),
+            self._track.rows(),
             tuple(sorted(self._timing, key=lambda row: (row.time_s, row.robot))),
         )
 

@@ -34,6 +34,16 @@ def test_a_clean_run_is_a_success() -> None:
     assert [(p.start_s, p.end_s) for p in record.pauses] == [(6.0, 9.0)]
 
 
+def test_every_pose_is_kept_with_its_robot_and_cell() -> None:
+    recorder = good_run()
+    drive(recorder, "ankurbot_2", "debris_2", (0.0, 1.0), (1.0, 1.0))
+    rows = scored(recorder).path
+    assert [row.robot for row in rows] == ["ankurbot_1"] * 11 + ["ankurbot_2"] * 11
+    last = rows[-1]
+    assert (last.time_s, last.x_m, last.y_m, last.yaw_rad) == (10.0, 1.0, 1.0, math.pi)
+    assert (last.column_x, last.column_y) == pytest.approx((35.0, 35.0))
+
+
 def touch(recorder: Recorder) -> None:
     recorder.contacts(START_S + 3.0, [TOUCH])
 
