@@ -6,6 +6,7 @@ itself ends with an error when one is wrong.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Callable, Dict, List, Sequence
 
@@ -50,7 +51,19 @@ def _scene(value: str) -> str:
     return "no such scene; shipped: " + ", ".join(shipped) + "; or give the path of a YAML file"
 
 
+def _recording(value: str) -> str:
+    return "" if Path(value).is_file() else "no such file; give a recording, bag:=/path/to/run.bag"
+
+
 _BOOL = _one_of("true", "false")
+
+
+def _window(value: str) -> str:
+    if value == "true" and not os.environ.get("DISPLAY"):
+        return "needs a screen, and DISPLAY is not set: false shows nothing, xvfb-run gives a screen nobody sees"
+    return _BOOL(value)
+
+
 CHECKS: Dict[str, Check] = {
     "scene": _scene,
     "case": _scene,
@@ -59,8 +72,11 @@ CHECKS: Dict[str, Check] = {
     "backend": _one_of("fused", "pcl"),
     "mode": _one_of("bounded", "boundless"),
     "real_time_factor": _number(0.0, 100.0),
+    "recording": _recording,
     "rate": _number(0.01, 100.0),
-    **dict.fromkeys(("rviz", "sync", "gui", "bag", "nodelets", "noise", "cleanup"), _BOOL),
+    "start": _number(0.0, 1e6),
+    **dict.fromkeys(("rviz", "gui"), _window),
+    **dict.fromkeys(("sync", "bag", "nodelets", "noise", "cleanup", "loop"), _BOOL),
 }
 
 

@@ -146,7 +146,11 @@ class SafetyMonitor:
         with self._lock:
             self._looked_s = now_s
             self._take_frames(message)
-            self._look(now_s)
+            try:
+                self._look(now_s)
+            except rospy.ROSException:
+                if not rospy.is_shutdown():  # topics close while the last message is looked at
+                    raise
 
     def _look(self, now_s: float) -> None:
         robots = {name: seen for name, seen in ((n, self._see(n)) for n in self._robots) if seen is not None}
