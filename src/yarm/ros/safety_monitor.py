@@ -149,7 +149,7 @@ class SafetyMonitor:
             try:
                 self._look(now_s)
             except rospy.ROSException:
-                if not rospy.is_shutdown():  # topics close while the last message is looked at
+                if not rospy.core.is_shutdown_requested():  # topics close while the last message is looked at
                     raise
 
     def _look(self, now_s: float) -> None:
