@@ -8,7 +8,7 @@ CASE ?= 1m1ma
 SEED ?= 3
 TESTS ?=
 KNOWN := CASE SEED TESTS
-GIVEN := $(foreach word,$(MAKEOVERRIDES),$(firstword $(subst =, ,$(word))))
+GIVEN := $(foreach name,$(.VARIABLES),$(if $(filter command line,$(origin $(name))),$(name)))
 UNKNOWN := $(filter-out $(KNOWN),$(GIVEN))
 $(if $(UNKNOWN),$(error unknown variable $(UNKNOWN): make knows $(KNOWN); see `make help`))
 

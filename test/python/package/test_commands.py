@@ -41,6 +41,12 @@ def test_an_unknown_make_variable_is_named() -> None:
     assert "unknown variable COLOUR: make knows CASE SEED TESTS; see `make help`" in ended.stderr
 
 
+def test_a_known_variable_may_hold_several_words() -> None:
+    ended = run(["make", "-n", "-C", str(ROOT), "--no-print-directory", "test", "TESTS=-k name --maxfail=2"])
+    assert ended.returncode == 0, ended.stderr
+    assert "pytest test -k name --maxfail=2" in ended.stdout
+
+
 @pytest.fixture
 def bare(tmp_path: Path) -> Path:
     """A checkout's tools on a system without a single package of ours, and with an installer that fails."""
