@@ -6,20 +6,19 @@ SHELL := /bin/bash
 # Variables a user may set on the command line.
 CASE ?= 1m1ma
 SEED ?= 3
+DEMO = $(if $(filter coursework,$(CASE)),coursework,run_experiment --case $(CASE))
 TESTS ?=
 KNOWN := CASE SEED TESTS
 GIVEN := $(foreach name,$(.VARIABLES),$(if $(filter command line,$(origin $(name))),$(name)))
 UNKNOWN := $(filter-out $(KNOWN),$(GIVEN))
 $(if $(UNKNOWN),$(error unknown variable $(UNKNOWN): make knows $(KNOWN); see `make help`))
 
-PYTEST := python3 -m pytest
-
 .PHONY: help setup build demo test test-fast bench lint reproduce docs clean
 
 help:
 	@echo 'make setup      install Debian packages and the virtual environment (quick when done)'
 	@echo 'make build      build messages, perception and its tests'
-	@echo 'make demo       run one experiment end to end, headless: CASE=1m1ma|2m1ma|3m|single|1m1ma_target SEED=3'
+	@echo 'make demo       run one experiment end to end, headless: CASE=1m1ma|2m1ma|3m|single|1m1ma_target|explore|inspect|coursework SEED=3'
 	@echo 'make test       everything: unit, rostest and system tests; TESTS="-k name" narrows it'
 	@echo 'make test-fast  the tests that need no ROS, under a minute'
 	@echo 'make lint       formatters, linters, type checks, launch files, boundaries'
@@ -34,14 +33,14 @@ build: setup
 	@tools/build.sh
 
 demo: build
-	@source tools/env.sh && rosrun yarm run_experiment --case $(CASE) --seed $(SEED)
+	@source tools/env.sh && rosrun yarm $(DEMO) --seed $(SEED)
 
 test: setup
 	@tools/build.sh tests
-	@source tools/env.sh && $(PYTEST) test $(TESTS)
+	@source tools/env.sh && tools/test.sh $(TESTS)
 
 test-fast: setup
-	@source tools/env.sh && $(PYTEST) test/python $(TESTS)
+	@source tools/env.sh && tools/test.sh fast $(TESTS)
 
 lint: build
 	@source tools/env.sh && tools/lint.sh

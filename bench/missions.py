@@ -4,29 +4,31 @@
     source tools/env.sh && python3 bench/missions.py --seeds 20
 
 Runs in lock-step, so that a slow machine changes nothing but the wall time; a run whose results stand in the folder is
-not run again, so an interrupted study goes on where it was. Ends with one row a case: successes, 95 % confidence
-interval (Wilson), waypoints, simulated time, least clearance, faults.
+not run again, so an interrupted study goes on where it was. The seed also lays out the scene: starts, debris, slips and
+targets (docs/simulation.md); the layout of each run is in its summary.yaml. Ends with one row a case: successes, 95 %
+confidence interval (Wilson), waypoints, simulated time, least clearance, faults; a row a run goes to a CSV file.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import statistics
 import sys
 import time
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Sequence
 
 import yaml
 
+from yarm.experiments.run.writers import is_finished
 from yarm.experiments.statistics import wilson_interval
-from yarm.experiments.writers import is_finished
-from yarm.ros.experiment_launcher import run as run_experiment
+from yarm.ros.experiment.launcher import run as run_experiment
 
 CASES = ("1m1ma", "2m1ma", "3m")
 
 
-def summaries(results: Path, case: str, seeds: range, limit_s: float) -> List[Dict[str, Any]]:
+def summaries(results: Path, case: str, seeds: range, limit_s: float, flags: Sequence[str]) -> List[Dict[str, Any]]:
     """Summary of each seed of a case; those that are missing are run first."""
     found = []
     for seed in seeds:
@@ -34,11 +36,30 @@ def summaries(results: Path, case: str, seeds: range, limit_s: float) -> List[Di
         if not is_finished(path.parent):
             started = time.monotonic()
             words = ["--case", case, "--seed", str(seed), "--sync", "--speed", "0", "--results", str(results)]
-            code = run_experiment([*words, "--wall-limit", str(limit_s)])
+            code = run_experiment([*words, *flags, "--wall-limit", str(limit_s)])
             print(f"{case} seed {seed}: exit code {code} after {time.monotonic() - started:.0f} s", flush=True)
         read = yaml.safe_load(path.read_text()) if path.is_file() else {}
         found.append({"seed": seed, "success": False, "faults": ["no results were written"], **(read or {})})
     return found
+
+
+COLUMNS = ("case", "layout", "seed", "success", "sim_s", "waypoints", "path_m", "clearance_m", "pauses", "faults")
+
+
+def write_csv(path: Path, layout: str, table: Dict[str, List[Dict[str, Any]]]) -> None:
+    """A row a run; ``waypoints`` and ``path_m`` of all robots together, ``clearance_m`` the least of any."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(COLUMNS)
+        for case, runs in table.items():
+            for run in runs:
+                robots = list(run.get("robots", {}).values())
+                near = [robot["min_clearance_m"] for robot in robots if robot["min_clearance_m"] is not None]
+                waypoints, way = (sum(robot[what] for robot in robots) for what in ("waypoints", "path_m"))
+                known = [run.get("sim_s", ""), waypoints, round(way, 2), min(near, default="")]
+                said = [len(run.get("pauses", [])), "; ".join(run["faults"])]
+                rows.writerow([case, layout, run["seed"], run["success"], *known, *said])
 
 
 def row(case: str, runs: List[Dict[str, Any]]) -> str:
@@ -66,10 +87,13 @@ def main() -> int:
     parser.add_argument("--cases", nargs="+", default=list(CASES))
     parser.add_argument("--results", type=Path, default=Path("results") / "missions")
     parser.add_argument("--limit", type=float, default=900.0, help="wall seconds for one mission")
+    parser.add_argument("--nominal", action="store_true", help="the layout of the scene file whatever the seed")
+    parser.add_argument("--csv", type=Path, default=Path("results") / "missions" / "missions.csv")
     options = parser.parse_args()
-    table = {
-        case: summaries(options.results, case, range(1, options.seeds + 1), options.limit) for case in options.cases
-    }
+    flags = ["--nominal"] if options.nominal else []
+    seeds = range(1, options.seeds + 1)
+    table = {case: summaries(options.results, case, seeds, options.limit, flags) for case in options.cases}
+    write_csv(options.csv, "nominal" if options.nominal else "seed", table)
     print("| case | solved | 95 % interval | waypoints a robot | simulated s | least clearance, m |")
     print("|---|---|---|---|---|---|")
     for case, runs in table.items():

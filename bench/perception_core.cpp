@@ -1,5 +1,6 @@
 // Compute per camera set, stage by stage, of both back ends on the same clouds in the same run.
-//   perception_core [sets]     prints percentiles of CPU time, and page faults; see bench/README.md
+//   perception_core [sets [CSV]]     prints percentiles of CPU time, and page faults; see bench/README.md
+// A row a set and back end goes to the CSV.
 #include "scene_factory.hpp"
 
 #include "yarm/perception/association.hpp"
@@ -12,7 +13,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 namespace {
@@ -21,6 +24,7 @@ namespace pc = yarm::perception;
 
 constexpr int kDistinctSets = 8;
 constexpr int kCalibration = 4;
+constexpr int kCameras = 4;
 
 /// Milliseconds of every set, by stage.
 using Samples = std::map<std::string, std::vector<double>>;
@@ -102,6 +106,33 @@ class Chain {
   long faults_{0};
 };
 
+/// The raw rows: what every single set cost. Nothing is kept without a path.
+class RawRows {
+ public:
+  explicit RawRows(const std::string& path) {
+    if (!path.empty()) {
+      file_.open(path);
+      if (!file_) {
+        throw std::runtime_error("cannot write " + path + ": does its folder exist?");
+      }
+      file_ << "case,value,backend,set,merge_ms,cluster_ms,associate_ms,grid_ms,total_ms\n";
+    }
+  }
+
+  void add(const std::string& title, double value, const std::string& backend, const Samples& samples) {
+    for (std::size_t set = 0; file_.is_open() && set < samples.at("total").size(); ++set) {
+      file_ << title << ',' << value << ',' << backend << ',' << set;
+      for (const auto& [stage, times] : samples) {  // "1 merge" to "4 grid", then "total"
+        file_ << ',' << times[set];
+      }
+      file_ << '\n';
+    }
+  }
+
+ private:
+  std::ofstream file_;
+};
+
 void measured(Chain& chain, const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene,
               bool calibrating) {
   const long faults = pageFaults();
@@ -145,43 +176,56 @@ void printTable(const char* title, const Chain& fused, const Chain& pcl) {
   std::printf("| %-12s | %9.1f %11s | %9.1f %11s |       |\n", "page faults", fused.faults(), "", pcl.faults(), "");
 }
 
-void compare(const char* title, const yarm::test::Scene& scene, int cameras, int sets, const pc::MergeParams& params,
-             yarm::test::CameraModel model = {}) {
+void compare(RawRows& rows, const char* name, const char* title, const yarm::test::Scene& scene, int sets,
+             const pc::MergeParams& params) {
   Chain fused("fused", params);
   Chain pcl("pcl", params);
-  race(scene, cameras, sets, model, fused, pcl);
+  race(scene, kCameras, sets, {}, fused, pcl);
   printTable(title, fused, pcl);
+  rows.add(name, kCameras, "fused", fused.samples());
+  rows.add(name, kCameras, "pcl", pcl.samples());
 }
 
-/// One line a setting, for plotting: name, value, p50 of fused and pcl.
-void sweep(const char* name, double value, const yarm::test::Scene& scene, int cameras, int sets,
+/// One line a setting: name, value, p50 of fused and pcl.
+void sweep(RawRows& rows, const char* name, double value, const yarm::test::Scene& scene, int cameras, int sets,
            yarm::test::CameraModel model) {
   Chain fused("fused", {});
   Chain pcl("pcl", {});
   race(scene, cameras, sets, model, fused, pcl);
-  std::printf("csv,%s,%g,%.4f,%.4f\n", name, value, percentile(fused.samples().at("total"), 0.5),
+  std::printf("%-8s %8g %9.4f %9.4f\n", name, value, percentile(fused.samples().at("total"), 0.5),
               percentile(pcl.samples().at("total"), 0.5));
+  rows.add(name, value, "fused", fused.samples());
+  rows.add(name, value, "pcl", pcl.samples());
+}
+
+void measureAll(int sets, RawRows& rows) {
+  const yarm::test::Scene scene = yarm::test::standardCell(2, 2);
+  pc::MergeParams fine;
+  fine.voxel_size[2] = 0.001;
+  compare(rows, "cell_2_2", "2 robots, 2 debris, HC10; voxel 0.1 x 0.1 x 0.1 m", scene, sets, {});
+  compare(rows, "cell_2_2_fine", "the same; voxel 0.1 x 0.1 x 0.001 m", scene, sets / 2, fine);
+  compare(rows, "cell_3_3", "3 robots, 3 debris, HC10", yarm::test::standardCell(3, 3), sets / 2, {});
+  std::printf("\nwhat, value, fused ms, pcl ms (p50)\n");
+  for (int cameras = 1; cameras <= 8; ++cameras) {
+    sweep(rows, "cameras", cameras, scene, cameras, sets / 4, {});
+  }
+  for (const int edge : {80, 160, 240, 320, 480, 640}) {
+    yarm::test::CameraModel model;
+    model.width = model.height = edge;
+    sweep(rows, "points", 4.0 * edge * edge, scene, kCameras, sets / 4, model);
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  const int sets = argc > 1 ? std::max(10, std::atoi(argv[1])) : 200;
-  const yarm::test::Scene scene = yarm::test::standardCell(2, 2);
-  pc::MergeParams fine;
-  fine.voxel_size[2] = 0.001;
-  compare("2 robots, 2 debris, HC10; voxel 0.1 x 0.1 x 0.1 m", scene, 4, sets, {});
-  compare("the same; voxel 0.1 x 0.1 x 0.001 m", scene, 4, sets / 2, fine);
-  compare("3 robots, 3 debris, HC10", yarm::test::standardCell(3, 3), 4, sets / 2, {});
-  std::printf("\nplot data: what, value, fused ms, pcl ms (p50)\n");
-  for (int cameras = 1; cameras <= 8; ++cameras) {
-    sweep("cameras", cameras, scene, cameras, sets / 4, {});
-  }
-  for (const int edge : {80, 160, 240, 320, 480, 640}) {
-    yarm::test::CameraModel model;
-    model.width = model.height = edge;
-    sweep("points", 4.0 * edge * edge, scene, 4, sets / 4, model);
+  try {
+    RawRows rows(argc > 2 ? argv[2] : "");
+    measureAll(argc > 1 ? std::max(10, std::atoi(argv[1])) : 200, rows);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "perception_core_bench: %s\n", error.what());
+    return 1;
   }
   return 0;
 }

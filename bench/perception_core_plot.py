@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Plots what perception_core_bench printed: compute a set against cameras and against points, both back ends.
+"""Plots what perception_core_bench measured: compute a set against cameras and against points, both back ends.
 
 Usage::
 
-    devel/lib/yarm/perception_core_bench | tee results/bench/perception_core.log
-    python3 bench/perception_core_plot.py results/bench/perception_core.log results/bench/perception_core.png
+    devel/lib/yarm/perception_core_bench 200 bench/data/perception_core.csv
+    python3 bench/perception_core_plot.py bench/data/perception_core.csv bench/perception_core.png
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+from collections import defaultdict
 from pathlib import Path
+from statistics import median
 from typing import Dict, List, Tuple
 
 import matplotlib
@@ -23,13 +26,17 @@ BUDGET_MS = 1.2
 LABELS = {"cameras": "cameras of 102 400 points", "points": "points a set (4 cameras)"}
 
 
-def read_rows(text: str) -> Dict[str, List[Row]]:
-    """Rows of (value, fused ms, pcl ms) by what was varied."""
+def read_rows(path: Path) -> Dict[str, List[Row]]:
+    """Rows of (value, median ms of fused, of pcl) by what was varied."""
+    times: Dict[Tuple[str, float, str], List[float]] = defaultdict(list)
+    with path.open(newline="") as file:
+        for row in csv.DictReader(file):
+            if row["case"] in LABELS:
+                times[row["case"], float(row["value"]), row["backend"]].append(float(row["total_ms"]))
     rows: Dict[str, List[Row]] = {}
-    for line in text.splitlines():
-        if line.startswith("csv,"):
-            _, name, value, fused, pcl = line.split(",")
-            rows.setdefault(name, []).append((float(value), float(fused), float(pcl)))
+    for name, value in sorted({(name, value) for name, value, _ in times}):
+        fused, pcl = (median(times[name, value, backend]) for backend in ("fused", "pcl"))
+        rows.setdefault(name, []).append((value, fused, pcl))
     return rows
 
 
@@ -42,7 +49,7 @@ def draw(rows: Dict[str, List[Row]], picture: Path) -> None:
         axis.plot(x, [row[1] for row in values], "o-", label="fused")
         axis.axhline(BUDGET_MS, linestyle=":", color="grey", label="budget for 4 cameras")
         axis.set_yscale("log")
-        axis.set_xlabel(LABELS.get(name, name))
+        axis.set_xlabel(LABELS[name])
         axis.set_ylabel("CPU ms a set, median")
         axis.legend()
         axis.grid(True, which="both", alpha=0.3)
@@ -52,14 +59,14 @@ def draw(rows: Dict[str, List[Row]], picture: Path) -> None:
 
 
 def main() -> int:
-    """Read a log, write a picture."""
+    """Read the rows, write a picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("log", type=Path, help="output of perception_core_bench")
+    parser.add_argument("rows", type=Path, help="CSV of perception_core_bench")
     parser.add_argument("picture", type=Path, help="PNG to write")
     arguments = parser.parse_args()
-    rows = read_rows(arguments.log.read_text())
+    rows = read_rows(arguments.rows)
     if not rows:
-        parser.error(f"{arguments.log} holds no plot data (lines that start with csv,)")
+        parser.error(f"{arguments.rows} holds no rows of {', '.join(LABELS)}")
     draw(rows, arguments.picture)
     return 0
 

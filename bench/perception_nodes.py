@@ -5,7 +5,9 @@
 
 Records camera sets from the simulator once, then plays them (a C++ player and probe) to the nodes as they are shipped,
 with and without another process keeping one core busy, for each back end and both ways of running the nodes. Prints a
-table, and one JSON object a line with ``--json``. ``--fuzz N`` also tries N clouds with lies in their layout.
+table, and one JSON object a line with ``--json``; what every single set took goes to
+``bench/data/perception_nodes.csv``, a row a case to ``perception_nodes_cases.csv``. ``--fuzz N`` also tries N clouds
+with lies in their layout.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import os
 import signal
 import struct
@@ -24,7 +27,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Dict, Iterator, List
 
+import numpy as np
 import psutil
+import raw_rows
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "test"))
@@ -130,6 +135,9 @@ def measure(recording: Path, sets: int, backend: str, nodelets: bool, busy: bool
             elapsed = time.monotonic() - began
         after = usage(processes)
     result: Dict[str, Any] = json.loads(player.stdout)
+    answered = [ms for ms in result["each_ms"] if ms is not None]
+    p50, p99, most = np.percentile(answered, (50, 99, 100)) if answered else (math.nan,) * 3
+    result.update(sent=len(result["each_ms"]), answered=len(answered), p50_ms=p50, p99_ms=p99, max_ms=most)
     result.update(backend=backend, nodelets=nodelets, busy=busy, load=os.getloadavg()[0])
     result["cpu_ms_per_set"] = 1000.0 * (after["cpu_s"] - before["cpu_s"]) / sets
     result["faults_per_set"] = (after["faults"] - before["faults"]) / sets
@@ -146,6 +154,20 @@ def print_row(result: Dict[str, Any]) -> None:
         f"{result['cpu_ms_per_set']:8.2f} {result['faults_per_set']:8.1f} {result['load']:6.1f}",
         flush=True,
     )
+
+
+def save(results: List[Dict[str, Any]]) -> None:
+    """The raw rows: a row a set, its latency empty when no map came, and a row a case."""
+    case = ("backend", "nodelets", "busy")
+    sets = [
+        {**{key: result[key] for key in case}, "set": number, "ms": "" if ms is None else ms}
+        for result in results
+        for number, ms in enumerate(result["each_ms"])
+    ]
+    raw_rows.save(raw_rows.DATA / "perception_nodes.csv", sets)
+    whole = [{key: value for key, value in result.items() if key != "each_ms"} for result in results]
+    ordered = [{key: row[key] for key in (*case, *(key for key in row if key not in case))} for row in whole]
+    raw_rows.save(raw_rows.DATA / "perception_nodes_cases.csv", ordered)
 
 
 def main() -> None:
@@ -172,9 +194,11 @@ def main() -> None:
             print(
                 f"{'':6} {'':9} {'':13}  p50 ms  p99 ms  max ms  dropped        CPU ms/set faults/set  load", flush=True
             )
+            results = []
             for backend, nodelets, busy in CASES[: options.cases]:
-                result = measure(recording, options.sets, backend, nodelets, busy, folder)
-                print(json.dumps(result)) if options.json else print_row(result)
+                results.append(measure(recording, options.sets, backend, nodelets, busy, folder))
+                print(json.dumps(results[-1])) if options.json else print_row(results[-1])
+    save(results)
     if options.fuzz:
         subprocess.run([str(DEVEL / "lib" / "yarm" / "cloud_reader_fuzz_test"), str(options.fuzz)], check=True)
 

@@ -1,7 +1,7 @@
 // Plays recorded camera sets at a fixed rate and measures how long perception takes to answer.
 //   perception_nodes_player FILE SETS RATE_HZ
-// FILE is written by bench/perception_nodes.py. Prints one line of JSON: latencies in ms from the publication of a
-// set's last cloud to the arrival of its planning_metadata.
+// FILE is written by bench/perception_nodes.py. Prints one line of JSON: for each set that is measured the ms from the
+// publication of its last cloud to the arrival of its planning_metadata, null when none came.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
@@ -36,6 +36,11 @@ using Clock = std::chrono::steady_clock;
 struct RecordedSet {
   std::vector<sensor_msgs::PointCloud2> clouds;
   tf2_msgs::TFMessage frames;
+};
+
+struct SetTimes {
+  Clock::time_point sent;
+  Clock::time_point answered{};  // the epoch: never
 };
 
 struct Recording {
@@ -133,14 +138,18 @@ class Player {
   }
 
   void report(double rate_hz) {
-    std::sort(latencies_ms_.begin(), latencies_ms_.end());
-    const auto at = [this](double share) {
-      return latencies_ms_.empty() ? -1.0 : latencies_ms_[static_cast<std::size_t>(share * (latencies_ms_.size() - 1))];
-    };
-    std::printf(
-        "{\"rate_hz\": %.1f, \"sent\": %zu, \"answered\": %zu, \"p50_ms\": %.2f, \"p90_ms\": %.2f, "
-        "\"p99_ms\": %.2f, \"max_ms\": %.2f, \"out_of_order\": %d}\n",
-        rate_hz, sent_measured_, latencies_ms_.size(), at(0.5), at(0.9), at(0.99), at(1.0), out_of_order_);
+    std::printf("{\"rate_hz\": %.1f, \"out_of_order\": %d, \"each_ms\": [", rate_hz, out_of_order_);
+    const char* separator = "";
+    for (const auto& [stamp, times] : measured_) {
+      if (times.answered == Clock::time_point{}) {
+        std::printf("%snull", separator);
+      } else {
+        std::printf("%s%.2f", separator,
+                    std::chrono::duration<double, std::milli>(times.answered - times.sent).count());
+      }
+      separator = ", ";
+    }
+    std::printf("]}\n");
   }
 
  private:
@@ -172,8 +181,7 @@ class Player {
       set.clouds[camera].header.stamp = stamp;
       if (measured && camera + 1 == clouds_.size()) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        sent_[stamp.toNSec()] = Clock::now();
-        ++sent_measured_;
+        measured_[stamp.toNSec()].sent = Clock::now();
       }
       clouds_[camera].publish(set.clouds[camera]);
     }
@@ -185,10 +193,9 @@ class Player {
     const std::lock_guard<std::mutex> lock(mutex_);
     out_of_order_ += stamp <= newest_ ? 1 : 0;
     newest_ = std::max(newest_, stamp);
-    const auto known = sent_.find(stamp);
-    if (known != sent_.end()) {
-      latencies_ms_.push_back(std::chrono::duration<double, std::milli>(now - known->second).count());
-      sent_.erase(known);
+    const auto known = measured_.find(stamp);
+    if (known != measured_.end() && known->second.answered == Clock::time_point{}) {
+      known->second.answered = now;
     }
   }
 
@@ -203,9 +210,7 @@ class Player {
   std::vector<ros::Publisher> clouds_;
   ros::Subscriber metadata_;
   std::mutex mutex_;
-  std::map<std::uint64_t, Clock::time_point> sent_;
-  std::vector<double> latencies_ms_;
-  std::size_t sent_measured_ = 0;
+  std::map<std::uint64_t, SetTimes> measured_;
   std::uint64_t newest_ = 0;
   int out_of_order_ = 0;
   std::atomic<bool> done_{false};

@@ -17,16 +17,26 @@ ROOT = Path(__file__).resolve().parents[1]
 PYTHON = sys.executable
 TARGETS = ("perception_core_bench",)
 BENCHMARKS: Dict[str, List[List[str]]] = {
-    "perception_core": [[str(ROOT / "devel" / "lib" / "yarm" / "perception_core_bench")]],
+    "perception_core": [
+        [str(ROOT / "devel" / "lib" / "yarm" / "perception_core_bench"), "200", "bench/data/perception_core.csv"],
+        [PYTHON, "bench/perception_core_plot.py", "bench/data/perception_core.csv", "bench/perception_core.png"],
+    ],
     "perception_nodes": [[PYTHON, "bench/perception_nodes.py", "--fuzz", "20000000"]],
     "simulation_cameras": [[PYTHON, "bench/simulation_cameras.py"]],
+    "room": [[PYTHON, "bench/room.py"]],
+    "slam": [[PYTHON, "bench/slam.py"]],
     "planning": [
-        [PYTHON, "bench/planning.py", "families", "--count", "1000"],
-        [PYTHON, "bench/planning.py", "compare", "--count", "100"],
+        [PYTHON, "bench/planning.py", "promises", "--count", "1000"],
+        [PYTHON, "bench/planning.py", "first", "--count", "100"],
+        [PYTHON, "bench/planning.py", "fleets", "--count", "40"],
         [PYTHON, "bench/planning.py", "growth"],
         [PYTHON, "bench/planning.py", "report"],
     ],
+    "kinematics": [[PYTHON, "bench/kinematics.py", "--page", "bench/kinematics.md"]],
+    "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
+    "hand_picks": [[PYTHON, "bench/hand_picks.py"]],
     "missions": [[PYTHON, "bench/missions.py", "--seeds", "20"]],
+    "person": [[PYTHON, "bench/person.py", "--seeds", "3"]],
 }
 
 

@@ -4,7 +4,7 @@
     python3 bench/simulation_cameras.py [--plot results/bench/simulation_cameras.png]
 
 CPU time of one core, median and 99th percentile over many sets. Also how it grows with robots, and, for Embree, with
-triangles.
+triangles. Every single time goes to ``bench/data/simulation_cameras.csv``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import argparse
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import matplotlib
 
@@ -21,15 +21,16 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pybullet
+import raw_rows
 
-from yarm.geometry.urdf import Solid
-from yarm.sim.camera_model import KINECT, Rays
-from yarm.sim.cameras import Eyes
-from yarm.sim.meshes import sphere_triangles
-from yarm.sim.rays_embree import EmbreeRays, EmbreeSolid
-from yarm.sim.rays_native import NativeRays, library_path
-from yarm.sim.scene import Scene, load_scene, scene_from
-from yarm.sim.world import World
+from yarm.geometry.solids import Solid
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.scene import Scene, load_scene, scene_from
+from yarm.sim.sensors.camera_model import KINECT, Rays
+from yarm.sim.sensors.cameras import Eyes
+from yarm.sim.sensors.meshes import sphere_triangles
+from yarm.sim.sensors.rays_embree import EmbreeRays, EmbreeSolid
+from yarm.sim.sensors.rays_native import NativeRays, library_path
 
 ROOT = Path(__file__).resolve().parents[1]
 SPOTS = ((2.0, 1.9, 180), (-2.0, 1.9, 0), (2.0, -1.9, 180), (-2.0, -1.9, 0), (2.0, 0.9, 180), (2.0, -0.9, 180))
@@ -37,13 +38,29 @@ SPOTS = ((2.0, 1.9, 180), (-2.0, 1.9, 0), (2.0, -1.9, 180), (-2.0, -1.9, 0), (2.
 
 @dataclass(frozen=True)
 class Times:
-    """CPU milliseconds: median and 99th percentile."""
+    """CPU milliseconds, one after the other."""
 
-    p50: float
-    p99: float
+    each_ms: Tuple[float, ...]
+
+    @property
+    def p50(self) -> float:
+        """Median."""
+        return float(np.percentile(self.each_ms, 50))
+
+    @property
+    def p99(self) -> float:
+        """99th percentile."""
+        return float(np.percentile(self.each_ms, 99))
 
     def __str__(self) -> str:
         return f"{self.p50:8.2f} {self.p99:8.2f} ms"
+
+    def rows(self, scene: str, what: str) -> List[Dict[str, Any]]:
+        """A row a repeat."""
+        return [
+            {"scene": scene, "what": what, "repeat": repeat, "cpu_ms": f"{ms:.3f}"}
+            for repeat, ms in enumerate(self.each_ms)
+        ]
 
 
 def measured(work: Callable[[], object], repeats: int) -> Times:
@@ -54,10 +71,10 @@ def measured(work: Callable[[], object], repeats: int) -> Times:
         start = time.process_time()
         work()
         times.append(1e3 * (time.process_time() - start))
-    return Times(*(float(value) for value in np.percentile(times, (50, 99))))
+    return Times(tuple(times))
 
 
-def camera_set(world: World, rays: Rays, repeats: int = 200) -> Times:
+def camera_set(world: SimWorld, rays: Rays, repeats: int = 200) -> Times:
     """One set of clouds with noise."""
     eyes = Eyes(1, True, rays)
     eyes.look_at(world.bodies, world.transforms())
@@ -65,7 +82,7 @@ def camera_set(world: World, rays: Rays, repeats: int = 200) -> Times:
     return measured(lambda: [eyes.overhead_cloud(camera, transforms, 1) for camera in (1, 2, 3, 4)], repeats)
 
 
-def tiny_renderer(world: World) -> Times:
+def tiny_renderer(world: SimWorld) -> Times:
     """Four images of PyBullet's software renderer: pictures and depth buffers only, no clouds, no noise."""
     lens = pybullet.computeProjectionMatrixFOV(135.0, 1.0, 0.1, 10.0)
     poses = Eyes(1, False).overhead_poses
@@ -81,7 +98,7 @@ def tiny_renderer(world: World) -> Times:
     return measured(draw, 30)
 
 
-def physics(world: World) -> Times:
+def physics(world: SimWorld) -> Times:
     """The eight physics steps of a camera frame, with contacts gathered."""
     return measured(lambda: (world.tick(), world.tick()), 200)
 
@@ -103,15 +120,15 @@ def triangles_table() -> List[Tuple[int, Times]]:
     rows = []
     for n in (1, 8, 32):
         corners = np.concatenate([sphere_triangles(0.5 + 0.001 * k) for k in range(n)])
-        solid = EmbreeSolid(Solid("sphere", (0.5,), "ball", np.eye(4)), corners)
+        solid = EmbreeSolid(Solid("sphere", (0.5,), np.eye(4)), corners)
         origin = np.array([0.0, 0.0, -2.0], dtype=np.float32)
         rows.append((len(corners), measured(lambda: solid.cast(origin, directions), 50)))  # noqa: B023
     return rows
 
 
-def compare(path: Optional[Path]) -> None:
-    """Print what one set costs each renderer."""
-    with World(load_scene("3m")) as world:
+def compare(path: Optional[Path]) -> List[Dict[str, Any]]:
+    """Print what one set costs each renderer; the raw rows."""
+    with SimWorld(load_scene("3m")) as world:
         world.run(0.2)
         tiny = tiny_renderer(world)
         rows = [
@@ -120,17 +137,19 @@ def compare(path: Optional[Path]) -> None:
         ]
         if path is not None:
             rows.append(("C++ primitives (what runs)", camera_set(world, NativeRays(path))))
+        steps = physics(world)
         print("scene 3m (3 robots, HC10, table, stand), CPU for one set of four 320 x 320 cameras, p50 and p99:")
         for name, times in rows:
             print(f"  {name:45s} {times}   {tiny.p50 / times.p50:6.1f} x")
-        print(f"  {'physics, 8 steps of 1/240 s':45s} {physics(world)}")
+        print(f"  {'physics, 8 steps of 1/240 s':45s} {steps}")
+    return [row for name, times in [*rows, ("physics", steps)] for row in times.rows("3m", name)]
 
 
 def growth(path: Optional[Path]) -> List[Tuple[Times, Times]]:
     """Times of a camera set and of a frame's physics with 0, 1, ... robots beside the HC10."""
     rows = []
     for n in range(len(SPOTS) + 1):
-        with World(robots_scene(n)) as world:
+        with SimWorld(robots_scene(n)) as world:
             world.run(0.1)
             rows.append((camera_set(world, NativeRays(path) if path is not None else EmbreeRays()), physics(world)))
     return rows
@@ -158,14 +177,17 @@ def main() -> None:
     parser.add_argument("--plot", type=Path, default=ROOT / "results" / "bench" / "simulation_cameras.png")
     options = parser.parse_args()
     path = library_path()
-    compare(path)
+    raw = compare(path)
     rows = growth(path)
     print("growth with robots (HC10 besides), a set and the physics of a frame, p50 and p99 each:")
     for n, (clouds, steps) in enumerate(rows):
         print(f"  {n} robots {clouds} {steps}")
+        raw += clouds.rows(f"{n} robots", "four clouds") + steps.rows(f"{n} robots", "physics")
     print("growth with triangles (Embree, 20 000 rays against one body), p50 and p99:")
     for n, times in triangles_table():
         print(f"  {n:7d} triangles {times}")
+        raw += times.rows(f"{n} triangles", "Embree (Python), 20 000 rays")
+    raw_rows.save(raw_rows.DATA / "simulation_cameras.csv", raw)
     plot(rows, options.plot)
     print(f"plot: {options.plot}")
 

@@ -5,7 +5,9 @@ find_package(fcl 0.7 REQUIRED)
 
 add_library(yarm_perception
   src/perception/associators.cpp
+  src/perception/attachments.cpp
   src/perception/backends.cpp
+  src/perception/camera_watch.cpp
   src/perception/crop_kernel.cpp
   src/perception/euclidean.cpp
   src/perception/fused_backend.cpp
@@ -15,10 +17,13 @@ add_library(yarm_perception
   src/perception/original_associator.cpp
   src/perception/pcl_backend.cpp
   src/perception/predict.cpp
+  src/perception/remainder.cpp
   src/perception/scene_model.cpp
   src/perception/solids.cpp
+  src/perception/surface_explainer.cpp
   src/perception/types.cpp
   src/perception/unknown_tracker.cpp
+  src/perception/view.cpp
   src/perception/yarm_associator.cpp
 )
 target_include_directories(yarm_perception PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
@@ -55,14 +60,21 @@ if(CATKIN_ENABLE_TESTING)
   target_link_libraries(yarm_scene_factory_c PRIVATE yarm_scene_factory)
   add_dependencies(tests yarm_scene_factory_c)
 
-  catkin_add_gtest(perception_merge_test test/cpp/perception_merge_test.cpp)
+  catkin_add_gtest(perception_merge_test test/cpp/perception/perception_merge_test.cpp)
   target_include_directories(perception_merge_test SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(perception_merge_test yarm_scene_factory ${PCL_LIBRARIES} gtest_main)
-  foreach(test perception_association_test perception_map_test perception_original_test)
-    catkin_add_gtest(${test} test/cpp/${test}.cpp)
+  foreach(test
+      perception_association_test
+      perception_camera_watch_test
+      perception_map_test
+      perception_original_test
+      perception_unknown_test
+      perception_view_test)
+    catkin_add_gtest(${test} test/cpp/perception/${test}.cpp)
     target_link_libraries(${test} yarm_scene_factory gtest_main)
   endforeach()
   target_include_directories(perception_map_test PRIVATE src/perception)
+  target_include_directories(perception_unknown_test PRIVATE src/perception)
 endif()
 
 if(TARGET yarm_scene_factory)

@@ -3,31 +3,30 @@ if(NOT TARGET yarm_perception)
   return()
 endif()
 add_library(yarm_nodelets SHARED
-  src/nodes/cloud_reader.cpp
-  src/nodes/cluster_assoc.cpp
-  src/nodes/conversions.cpp
-  src/nodes/database.cpp
-  src/nodes/executor.cpp
-  src/nodes/in_process.cpp
-  src/nodes/merge_clouds.cpp
-  src/nodes/nodelets.cpp
-  src/nodes/report.cpp
-  src/nodes/seed_buffer.cpp
-  src/nodes/tf_source.cpp
+  src/ros/cloud_reader.cpp
+  src/ros/cluster_assoc.cpp
+  src/ros/conversions.cpp
+  src/ros/database.cpp
+  src/ros/executor.cpp
+  src/ros/in_process.cpp
+  src/ros/merge_clouds.cpp
+  src/ros/nodelets.cpp
+  src/ros/report.cpp
+  src/ros/tf_source.cpp
 )
 target_include_directories(yarm_nodelets PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
 #catkin_lint: ignore_once external_interface_path
 target_include_directories(yarm_nodelets SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
 target_compile_options(yarm_nodelets PRIVATE -Wall -Wextra -Wpedantic)
-target_link_libraries(yarm_nodelets PUBLIC yarm_perception ${catkin_LIBRARIES})
+target_link_libraries(yarm_nodelets PUBLIC yarm_perception yarm_sync ${catkin_LIBRARIES})
 add_dependencies(yarm_nodelets ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 
 foreach(node merge_clouds cluster_assoc database perception)
-  add_executable(yarm_${node}_node src/nodes/${node}_node.cpp)
+  add_executable(yarm_${node}_node src/ros/${node}_node.cpp)
   set_target_properties(yarm_${node}_node PROPERTIES OUTPUT_NAME ${node})
   list(APPEND yarm_node_targets yarm_${node}_node)
 endforeach()
-add_executable(yarm_params_table src/nodes/perception_params.cpp)
+add_executable(yarm_params_table src/ros/perception_params.cpp)
 set_target_properties(yarm_params_table PROPERTIES OUTPUT_NAME perception_params)
 list(APPEND yarm_node_targets yarm_params_table)
 foreach(target ${yarm_node_targets})
@@ -48,18 +47,37 @@ target_link_libraries(perception_nodes_player PRIVATE ${catkin_LIBRARIES})
 add_dependencies(perception_nodes_player ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 
 if(CATKIN_ENABLE_TESTING)
-  foreach(test set_assembler_test perception_edge_test)
-    catkin_add_gtest(${test} test/cpp/${test}.cpp)
-    target_compile_options(${test} PRIVATE -Wall -Wextra -Wpedantic)
-    target_link_libraries(${test} yarm_nodelets gtest_main)
-  endforeach()
-  # Compiled from the sources that touch a cloud's bytes, all of them under the sanitizers.
+  catkin_add_gtest(perception_edge_test test/cpp/ros/perception_edge_test.cpp)
+  target_compile_options(perception_edge_test PRIVATE -Wall -Wextra -Wpedantic)
+  target_link_libraries(perception_edge_test yarm_nodelets gtest_main)
+  # Compiled from the sources that touch what comes from outside, all of them under the sanitizers.
   catkin_add_gtest(cloud_reader_fuzz_test
-    test/cpp/cloud_reader_fuzz_test.cpp src/nodes/cloud_reader.cpp src/perception/crop_kernel.cpp)
-  target_include_directories(cloud_reader_fuzz_test PRIVATE include src/perception)
-  target_include_directories(cloud_reader_fuzz_test SYSTEM PRIVATE ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
-  target_compile_options(cloud_reader_fuzz_test PRIVATE -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all)
-  target_link_options(cloud_reader_fuzz_test PRIVATE -fsanitize=address,undefined)
-  target_link_libraries(cloud_reader_fuzz_test ${catkin_LIBRARIES})
-  add_dependencies(cloud_reader_fuzz_test ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+    test/cpp/ros/cloud_reader_fuzz_test.cpp src/ros/cloud_reader.cpp src/perception/crop_kernel.cpp)
+  catkin_add_gtest(association_fuzz_test
+    test/cpp/ros/association_fuzz_test.cpp
+    src/perception/associators.cpp
+    src/perception/attachments.cpp
+    src/perception/euclidean.cpp
+    src/perception/learned_cloud.cpp
+    src/perception/object_memory.cpp
+    src/perception/occupancy.cpp
+    src/perception/original_associator.cpp
+    src/perception/remainder.cpp
+    src/perception/scene_model.cpp
+    src/perception/solids.cpp
+    src/perception/surface_explainer.cpp
+    src/perception/types.cpp
+    src/perception/unknown_tracker.cpp
+    src/perception/yarm_associator.cpp
+    src/ros/conversions.cpp
+  )
+  set(yarm_sanitizers -fsanitize=address,undefined,float-cast-overflow)
+  foreach(test cloud_reader_fuzz_test association_fuzz_test)
+    target_include_directories(${test} PRIVATE include src/perception)
+    target_include_directories(${test} SYSTEM PRIVATE ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
+    target_compile_options(${test} PRIVATE -O1 -g ${yarm_sanitizers} -fno-sanitize-recover=all)
+    target_link_options(${test} PRIVATE ${yarm_sanitizers})
+    target_link_libraries(${test} ${catkin_LIBRARIES})
+    add_dependencies(${test} ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+  endforeach()
 endif()

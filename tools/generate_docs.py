@@ -12,7 +12,7 @@ from typing import Any, Dict, Iterator, List, Tuple, Type
 from roslib.packages import find_node
 
 from yarm.params import infos
-from yarm.ros import api
+from yarm.ros.common import api, api_explorer, api_inspection, api_navigation, api_rooms, names
 from yarm.ros.node_params import NODE_PARAMS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -32,12 +32,14 @@ def python_rows(cls: Type[Any]) -> List[Row]:
 
 
 def cpp_rows() -> Iterator[Tuple[str, Row]]:
-    """Node and row of each parameter that the perception nodes declare (their executable prints them)."""
-    program = find_node("yarm", "perception_params")[0]
-    table = subprocess.run([program], check=True, capture_output=True, text=True, timeout=60).stdout
-    for line in table.splitlines():
+    """Node and row of each parameter that the C++ nodes declare (their executables print them)."""
+    lines: List[str] = []
+    for name in ("perception_params", "slam_params"):
+        program = find_node("yarm", name)[0]
+        lines += subprocess.run([program], check=True, capture_output=True, text=True, timeout=60).stdout.splitlines()
+    for line in lines:
         if line and not line.startswith("#"):
-            node, name, _, default, unit, allowed, doc = (line.split("\t") + [""] * 7)[:7]
+            node, name, default, unit, allowed, doc = line.split("\t")
             yield node, (name, default, unit, allowed, doc)
 
 
@@ -59,7 +61,19 @@ def parameters_page() -> str:
 def api_page() -> str:
     """docs/ros_api.md."""
     intro = (DOCS / "ros_api_intro.md").read_text()
-    return HEAD + intro.rstrip() + "\n\n" + "\n".join(api.markdown()) + "\n"
+    lines = ["## The cell", "", *api.markdown(api.TOPICS, api.SERVICES, api.ACTIONS)]
+    lines += ["", "## A room that is explored", "", *api.markdown(api_rooms.TOPICS, api_rooms.SERVICES)]
+    lines += ["", "## The explorer", ""]
+    lines += [
+        f"With it the node `{names.GATE_NODE}` stands between the multiplexer and the base (docs/exploration.md).",
+        "",
+    ]
+    lines += api.markdown(api_explorer.TOPICS, api_explorer.SERVICES)
+    lines += ["", "## Driving over a known map", "", "With the room's topics, but for the mapping's.", ""]
+    lines += api.markdown(api_navigation.TOPICS, api_navigation.SERVICES, api_navigation.ACTIONS)
+    lines += ["", "## The inspector and the recogniser of tags", "", "Above map, localisation and driving.", ""]
+    lines += api.markdown(api_inspection.TOPICS, api_inspection.SERVICES)
+    return HEAD + intro.rstrip() + "\n\n" + "\n".join(lines) + "\n"
 
 
 def main() -> int:

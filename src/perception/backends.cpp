@@ -46,6 +46,8 @@ void checkParams(const MergeParams& merge, const ClusterParams& cluster) {
   require(merge.floor_sigmas >= 0.0 && merge.floor_sigmas <= 100.0,
           text("floor_sigmas", merge.floor_sigmas, "0 .. 100"), faults);
   require(merge.absurd_limit > 0.0, text("absurd_limit", merge.absurd_limit, "above 0 m"), faults);
+  require(merge.absurd_share >= 0.0 && merge.absurd_share <= 1.0, text("absurd_share", merge.absurd_share, "0 .. 1"),
+          faults);
   require(cluster.tolerance >= 1e-3 && cluster.tolerance <= 10.0, text("tolerance", cluster.tolerance, "1e-3 .. 10 m"),
           faults);
   require(cluster.min_size >= 1, text("min_size", cluster.min_size, "1 or more"), faults);
@@ -53,6 +55,15 @@ void checkParams(const MergeParams& merge, const ClusterParams& cluster) {
   if (faults.tellp() > 0) {
     throw std::invalid_argument("merge parameters refused: " + faults.str());
   }
+}
+
+CameraReport reportOf(const CameraCloud& cloud, const CropCount& count, const MergeParams& params) {
+  CameraReport report;
+  report.points = cloud.width * cloud.height;
+  report.absurd = count.absurd;
+  report.dropped = static_cast<double>(count.absurd) > params.absurd_share * static_cast<double>(report.points);
+  report.finite = report.dropped ? 0 : count.finite;
+  return report;
 }
 
 StampNs oldestStamp(const std::vector<CameraCloud>& clouds) {

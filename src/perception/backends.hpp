@@ -3,6 +3,8 @@
 
 #include "yarm/perception/merge.hpp"
 
+#include "crop_kernel.hpp"
+
 #include <memory>
 #include <vector>
 
@@ -13,6 +15,9 @@ namespace yarm::perception {
 
 /// Throws std::invalid_argument naming every parameter that is out of range, its value and what is accepted.
 void checkParams(const MergeParams& merge, const ClusterParams& cluster);
+
+/// What became of a cloud that holds so many points of each kind.
+[[nodiscard]] CameraReport reportOf(const CameraCloud& cloud, const CropCount& count, const MergeParams& params);
 
 /// Oldest capture time of a set; 0 for none.
 [[nodiscard]] StampNs oldestStamp(const std::vector<CameraCloud>& clouds);

@@ -14,31 +14,46 @@ namespace yarm::perception {
 
 namespace {
 
-bool isAbsurd(float value, float limit) {
-  return std::fabs(value) > limit;
-}  // false for NaN
+/// False for NaN.
+bool isAbsurd(const float* p, float limit) {
+  return std::fabs(p[0]) > limit || std::fabs(p[1]) > limit || std::fabs(p[2]) > limit;
+}
+
+/// False for NaN.
+bool isSeen(const float* p, float limit) {
+  return std::fabs(p[0]) <= limit && std::fabs(p[1]) <= limit && std::fabs(p[2]) <= limit;
+}
+
+void add(CropCount& sum, const CropCount& more) {
+  sum.finite += more.finite;
+  sum.absurd += more.absurd;
+}
 
 bool insideBox(const CropSetup& s, const float* w) {
   return w[2] >= s.lo[2] && w[2] <= s.hi[2] && w[0] >= s.lo[0] && w[0] <= s.hi[0] && w[1] >= s.lo[1] && w[1] <= s.hi[1];
 }
 
-/// Portable path, any layout. Returns false on absurd coordinates.
-bool cropRowScalar(const CropSetup& s, const CameraCloud& cloud, const std::uint8_t* row, std::size_t count,
-                   std::vector<Survivor>& out) {
-  bool absurd = false;
+/// Portable path, any layout.
+CropCount cropRowScalar(const CropSetup& s, const CameraCloud& cloud, const std::uint8_t* row, std::size_t count,
+                        std::vector<Survivor>& out) {
+  CropCount found;
   for (std::size_t i = 0; i < count; ++i, row += cloud.point_step) {
     float p[3];
     std::memcpy(&p[0], row + cloud.x_offset, sizeof(float));
     std::memcpy(&p[1], row + cloud.y_offset, sizeof(float));
     std::memcpy(&p[2], row + cloud.z_offset, sizeof(float));
-    absurd = absurd || isAbsurd(p[0], s.absurd) || isAbsurd(p[1], s.absurd) || isAbsurd(p[2], s.absurd);
+    found.finite += isSeen(p, s.absurd) ? 1U : 0U;
+    if (isAbsurd(p, s.absurd)) {
+      ++found.absurd;
+      continue;
+    }
     float w[3];
     toWorld(s, p, w);
     if (insideBox(s, w) && aboveFloorNoise(s, p[2], w[2])) {
       out.push_back({w[0], w[1], w[2], p[2]});
     }
   }
-  return !absurd;
+  return found;
 }
 
 #ifdef YARM_HAVE_AVX2_PATH
@@ -86,27 +101,55 @@ __attribute__((target("avx2"))) inline __m256 aboveFloor(const CropSetup& s, __m
   return _mm256_cmp_ps(_mm256_mul_ps(height, depth), margin, _CMP_GE_OQ);
 }
 
-__attribute__((target("avx2"))) inline __m256 beyond(const Lanes& v, float limit) {
+/// Masks of the points that are seen and of those that are absurd; neither where a coordinate is NaN and none absurd.
+struct Sorted {
+  __m256 seen, absurd;
+};
+
+__attribute__((target("avx2"))) inline Sorted sortOut(const Lanes& v, float limit) {
   const __m256 magnitude = _mm256_castsi256_ps(_mm256_set1_epi32(0x7FFFFFFF));
   const __m256 bound = _mm256_set1_ps(limit);
-  const __m256 x = _mm256_cmp_ps(_mm256_and_ps(v.x, magnitude), bound, _CMP_GT_OQ);
-  const __m256 y = _mm256_cmp_ps(_mm256_and_ps(v.y, magnitude), bound, _CMP_GT_OQ);
-  const __m256 z = _mm256_cmp_ps(_mm256_and_ps(v.z, magnitude), bound, _CMP_GT_OQ);
-  return _mm256_or_ps(x, _mm256_or_ps(y, z));
+  const __m256 x = _mm256_and_ps(v.x, magnitude);
+  const __m256 y = _mm256_and_ps(v.y, magnitude);
+  const __m256 z = _mm256_and_ps(v.z, magnitude);
+  const __m256 in_xy = _mm256_and_ps(_mm256_cmp_ps(x, bound, _CMP_LE_OQ), _mm256_cmp_ps(y, bound, _CMP_LE_OQ));
+  const __m256 out_xy = _mm256_or_ps(_mm256_cmp_ps(x, bound, _CMP_GT_OQ), _mm256_cmp_ps(y, bound, _CMP_GT_OQ));
+  return {_mm256_and_ps(in_xy, _mm256_cmp_ps(z, bound, _CMP_LE_OQ)),
+          _mm256_or_ps(out_xy, _mm256_cmp_ps(z, bound, _CMP_GT_OQ))};
+}
+
+/// Eight counters go up where the mask is set.
+__attribute__((target("avx2"))) inline __m256i countUp(__m256i counters, __m256 mask) {
+  return _mm256_sub_epi32(counters, _mm256_castps_si256(mask));
+}
+
+__attribute__((target("avx2"))) inline std::size_t total(__m256i counters) {
+  alignas(32) std::uint32_t lanes[8];
+  _mm256_store_si256(reinterpret_cast<__m256i*>(lanes), counters);
+  std::size_t sum = 0;
+  for (const std::uint32_t lane : lanes) {
+    sum += lane;
+  }
+  return sum;
 }
 
 /// Eight points at a time; x, y, z must be neighbours and 16 bytes readable from x on. Height first: it rules out most.
-__attribute__((target("avx2"))) bool cropRowAvx2(const CropSetup& s, const CameraCloud& cloud, const std::uint8_t* row,
-                                                 std::size_t count, std::vector<Survivor>& out) {
+__attribute__((target("avx2"))) CropCount cropRowAvx2(const CropSetup& s, const CameraCloud& cloud,
+                                                      const std::uint8_t* row, std::size_t count,
+                                                      std::vector<Survivor>& out) {
   const std::size_t step = cloud.point_step;
   const std::uint8_t* p = row + cloud.x_offset;
-  __m256 absurd = _mm256_setzero_ps();
+  __m256i finite = _mm256_setzero_si256();
+  __m256i absurd = _mm256_setzero_si256();
   std::size_t i = 0;
   for (; i + 8 <= count; i += 8, p += 8 * step) {
     const Lanes v = loadEight(p, step);
-    absurd = _mm256_or_ps(absurd, beyond(v, s.absurd));
+    const Sorted sorted = sortOut(v, s.absurd);
+    finite = countUp(finite, sorted.seen);
+    absurd = countUp(absurd, sorted.absurd);
     const __m256 z = rowTimes(s.m[2], v);
-    const __m256 tall = _mm256_and_ps(within(z, s.lo[2], s.hi[2]), aboveFloor(s, v.z, z));
+    const __m256 high = _mm256_and_ps(within(z, s.lo[2], s.hi[2]), aboveFloor(s, v.z, z));
+    const __m256 tall = _mm256_and_ps(sorted.seen, high);
     if (_mm256_movemask_ps(tall) == 0) {
       continue;
     }
@@ -127,8 +170,9 @@ __attribute__((target("avx2"))) bool cropRowAvx2(const CropSetup& s, const Camer
       out.push_back({xs[lane], ys[lane], zs[lane], ds[lane]});
     }
   }
-  const bool sane = _mm256_movemask_ps(absurd) == 0;
-  return cropRowScalar(s, cloud, row + i * step, count - i, out) && sane;
+  CropCount found{total(finite), total(absurd)};
+  add(found, cropRowScalar(s, cloud, row + i * step, count - i, out));
+  return found;
 }
 
 bool vectorPathFits(const CameraCloud& cloud) {
@@ -160,26 +204,26 @@ CropSetup makeCropSetup(const MergeParams& params, const Eigen::Isometry3f& T_wo
   return s;
 }
 
-bool cropCloud(const CropSetup& setup, const CameraCloud& cloud, std::vector<Survivor>& out, bool force_scalar) {
+CropCount cropCloud(const CropSetup& setup, const CameraCloud& cloud, std::vector<Survivor>& out, bool force_scalar) {
   const std::size_t packed = cloud.width * cloud.point_step;
   const std::size_t row_step = cloud.row_step == 0 ? packed : cloud.row_step;
   const bool one_run = row_step == packed;
   const std::size_t rows = one_run ? (cloud.width == 0 ? 0 : 1) : cloud.height;
   const std::size_t count = one_run ? cloud.width * cloud.height : cloud.width;
-  bool sane = true;
+  CropCount found;
   for (std::size_t r = 0; r < rows; ++r) {
     const std::uint8_t* row = cloud.data + r * row_step;
 #ifdef YARM_HAVE_AVX2_PATH
     if (!force_scalar && vectorPathFits(cloud)) {
-      sane = cropRowAvx2(setup, cloud, row, count, out) && sane;
+      add(found, cropRowAvx2(setup, cloud, row, count, out));
       continue;
     }
 #else
     static_cast<void>(force_scalar);
 #endif
-    sane = cropRowScalar(setup, cloud, row, count, out) && sane;
+    add(found, cropRowScalar(setup, cloud, row, count, out));
   }
-  return sane;
+  return found;
 }
 
 }  // namespace yarm::perception

@@ -40,8 +40,15 @@ struct Survivor {
   float x, y, z, depth;
 };
 
-/// Appends the points of a cloud that pass; returns false when the cloud holds absurd coordinates. `force_scalar` keeps
-/// the portable path, for the tests.
-bool cropCloud(const CropSetup& setup, const CameraCloud& cloud, std::vector<Survivor>& out, bool force_scalar = false);
+/// What a cloud was made of.
+struct CropCount {
+  std::size_t finite{0};  ///< points with three coordinates that are finite and not absurd
+  std::size_t absurd{0};  ///< points with a coordinate that is infinite or absurd
+};
+
+/// Appends the points of a cloud that pass and counts what it holds. Absurd points never pass. `force_scalar` keeps the
+/// portable path, for the tests.
+CropCount cropCloud(const CropSetup& setup, const CameraCloud& cloud, std::vector<Survivor>& out,
+                    bool force_scalar = false);
 
 }  // namespace yarm::perception

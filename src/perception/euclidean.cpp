@@ -1,5 +1,7 @@
 #include "euclidean.hpp"
 
+#include "safe_cast.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -59,7 +61,7 @@ void EuclideanClusters::bin(const std::vector<Eigen::Vector3f>& points) {
   site_.clear();
   first_.clear();
   const auto along = [&](float value, float low, int sites) {
-    return std::clamp(static_cast<int>((value - low) * inverse_edge_), 0, sites - 1 - 2 * kRim) + kRim;
+    return intWithin((value - low) * inverse_edge_, 0, sites - 1 - 2 * kRim) + kRim;
   };
   for (std::size_t i = 0; i < n; ++i) {
     const int x = along(points[i].x(), min_.x(), nx_);
@@ -120,7 +122,7 @@ void EuclideanClusters::joinAlong(const std::vector<Eigen::Vector3f>& points, co
   }
 }
 
-int EuclideanClusters::label(const std::vector<Eigen::Vector3f>& points, std::vector<std::int32_t>& labels) {
+Components EuclideanClusters::label(const std::vector<Eigen::Vector3f>& points) {
   bin(points);
   parent_.resize(site_.size());
   std::iota(parent_.begin(), parent_.end(), 0);
@@ -131,15 +133,15 @@ int EuclideanClusters::label(const std::vector<Eigen::Vector3f>& points, std::ve
     table_[site] = -1;
     taken_[static_cast<std::size_t>(site) / 64] = 0;
   }
-  labels.resize(points.size());
+  labels_.resize(points.size());
   int count = 0;
   std::fill(first_.begin(), first_.end(), -1);  // from here on: label of a root
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::int32_t& name = first_[root_[bin_of_[i]]];
     name = name < 0 ? count++ : name;
-    labels[i] = name;
+    labels_[i] = name;
   }
-  return count;
+  return {labels_, count};
 }
 
 }  // namespace yarm::perception

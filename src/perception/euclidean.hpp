@@ -1,4 +1,5 @@
-// Euclidean clustering by union-find over a coarse lattice: the same partition as PCL's EuclideanClusterExtraction.
+// Euclidean clustering by union-find (Galler and Fischer, 1964) over a coarse lattice: the same partition as PCL's
+// EuclideanClusterExtraction.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,14 +9,20 @@
 
 namespace yarm::perception {
 
+/// The connected component of each point, numbered 0, 1, ... in the order of first appearance.
+struct Components {
+  const std::vector<std::int32_t>& of_point;
+  int count;
+};
+
 /// Connects points nearer than a tolerance. Buffers are kept between calls: not thread safe.
 class EuclideanClusters {
  public:
   /// Lattice limits and tolerance, metres; points must lie within the limits.
   EuclideanClusters(const Eigen::Vector3f& min, const Eigen::Vector3f& max, float tolerance);
 
-  /// Writes the label of each point's component (0, 1, ... in the order of first appearance) and returns their number.
-  int label(const std::vector<Eigen::Vector3f>& points, std::vector<std::int32_t>& labels);
+  /// The components of some points; valid until the next call.
+  [[nodiscard]] Components label(const std::vector<Eigen::Vector3f>& points);
 
  private:
   std::int32_t find(std::int32_t node);
@@ -42,6 +49,7 @@ class EuclideanClusters {
   std::vector<std::int32_t> parent_;  // union-find over occupied bins
   std::vector<std::int32_t> root_;    // root of each bin when the present round of joining began
   std::vector<std::uint64_t> taken_;  // a bit for each lattice site that holds points; all 0 between calls
+  std::vector<std::int32_t> labels_;  // component of each point
   std::vector<Row> near_;             // half of the direct neighbours
   std::vector<Row> far_;              // half of the next ring
 };

@@ -23,6 +23,7 @@ class FusedBackend : public MergeBackend {
     out.stamp_ns = oldestStamp(clouds);
     out.points.clear();
     out.cameras.clear();
+    out.absent.clear();
     for (std::size_t c = 0; c < clouds.size(); ++c) {
       out.cameras.push_back(addCloud(clouds[c], static_cast<int>(c), out.points));
     }
@@ -47,8 +48,8 @@ class FusedBackend : public MergeBackend {
   }
 
   void cluster(MergedSet& set) override {
-    const int count = euclidean_.label(set.centroids, labels_);
-    clustersFromLabels(labels_, count, cluster_params_, set);
+    const Components components = euclidean_.label(set.centroids);
+    clustersFromLabels(components.of_point, components.count, cluster_params_, set);
   }
 
  private:
@@ -59,9 +60,8 @@ class FusedBackend : public MergeBackend {
   CameraReport addCloud(const CameraCloud& cloud, int camera, std::vector<MergedPoint>& points) {
     survivors_.clear();
     const CropSetup setup = makeCropSetup(params_, cloud.T_world_camera);
-    CameraReport report{cloud.width * cloud.height, 0, false};
-    report.absurd = !cropCloud(setup, cloud, survivors_);
-    if (report.absurd) {
+    CameraReport report = reportOf(cloud, cropCloud(setup, cloud, survivors_), params_);
+    if (report.dropped) {
       return report;
     }
     report.kept = survivors_.size();
@@ -99,7 +99,6 @@ class FusedBackend : public MergeBackend {
   std::vector<std::uint64_t> occupied_;  // bit of each voxel key; all 0 between calls
   std::vector<std::int32_t> keys_;       // key of each point
   std::size_t voxels_{0};
-  std::vector<std::int32_t> labels_;
 };
 
 }  // namespace

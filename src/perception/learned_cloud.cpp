@@ -1,5 +1,7 @@
 #include "learned_cloud.hpp"
 
+#include "safe_cast.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,7 +9,8 @@
 namespace yarm::perception {
 
 namespace {
-constexpr std::int64_t kLeastRate = 5;  // a cell must be hit in one set of so many since it was first hit
+constexpr std::int64_t kLeastRate = 5;    // a cell must be hit in one set of so many since it was first hit
+constexpr int kFarthest = (1 << 20) - 2;  // cells from the origin; the neighbours' keys must fit, too
 }  // namespace
 
 bool LearnedCloud::counts(const Entry& entry) const {
@@ -21,7 +24,8 @@ std::int64_t LearnedCloud::keyOf(int x, int y, int z) const {
 }
 
 Eigen::Vector3i LearnedCloud::cellOf(const Eigen::Vector3f& point) const {
-  return (point / spacing_).array().floor().cast<int>();
+  const auto along = [&](int axis) { return intWithin(std::floor(point[axis] / spacing_), -kFarthest, kFarthest); };
+  return {along(0), along(1), along(2)};
 }
 
 void LearnedCloud::add(const Eigen::Vector3f& point, std::int64_t set) {

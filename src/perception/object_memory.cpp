@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace yarm::perception {
@@ -16,6 +17,7 @@ constexpr int kHitsBesideShape = 3;    // sets in which something beside the kno
 constexpr double kGoodView = 0.7;      // share of the last good view's points that makes a view as good
 
 bool sameSolid(const Solid& a, const Solid& b) {
+  // Not equal to itself with NaN: taken anew in every set, and refused.
   return a.shape == b.shape && a.size == b.size && a.frame == b.frame &&
          a.T_frame_solid.matrix() == b.T_frame_solid.matrix();
 }
@@ -47,8 +49,11 @@ void ObjectMemory::takeShapes(const KnownObject* known) {
   static const KnownObject kNothing;
   const KnownObject& now = known != nullptr ? *known : kNothing;
   link_frames_ = now.link_frames;
-  if (!std::equal(solids_.begin(), solids_.end(), now.solids.begin(), now.solids.end(), sameSolid)) {
-    solids_ = now.solids;
+  if (!std::equal(told_.begin(), told_.end(), now.solids.begin(), now.solids.end(), sameSolid)) {
+    told_ = now.solids;
+    solids_.clear();
+    std::copy_if(told_.begin(), told_.end(), std::back_inserter(solids_),
+                 [](const Solid& solid) { return solidFault(solid).empty(); });
     surfaces_.clear();
     for (const Solid& solid : solids_) {
       surfaces_.push_back(insetSurface(solid));
@@ -77,20 +82,22 @@ void ObjectMemory::refresh(const Seed& seed, const KnownObject* known, const Lin
   }
 }
 
-bool ObjectMemory::poseOf(const std::string& frame, Eigen::Isometry3d& T_world_frame) const {
+std::optional<Eigen::Isometry3d> ObjectMemory::poseOf(const std::string& frame) const {
   const auto found = T_seed_frame_.find(frame);
   if (found == T_seed_frame_.end()) {
-    return false;
+    return std::nullopt;
   }
-  T_world_frame = seed_.T_world_seed * found->second;
-  return true;
+  return seed_.T_world_seed * found->second;
+}
+
+std::optional<Eigen::Isometry3d> ObjectMemory::poseOfLearned(const std::string& frame) const {
+  return frame.empty() ? seed_.T_world_seed : poseOf(frame);
 }
 
 void ObjectMemory::appendSurfaces(std::vector<Eigen::Vector3f>& out) const {
   for (std::size_t s = 0; s < solids_.size(); ++s) {
-    Eigen::Isometry3d T;
-    if (poseOf(solids_[s].frame, T)) {
-      const Eigen::Isometry3f T_world_frame = T.cast<float>();
+    if (const auto T = poseOf(solids_[s].frame)) {
+      const Eigen::Isometry3f T_world_frame = T->cast<float>();
       for (const Eigen::Vector3f& p : surfaces_[s]) {
         out.push_back(T_world_frame * p);
       }
@@ -102,15 +109,13 @@ std::string ObjectMemory::nearestLink(const Eigen::Vector3f& point) const {
   std::string best;
   float best_distance = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < link_frames_.size(); ++i) {
-    Eigen::Isometry3d a;
-    Eigen::Isometry3d b;
-    if (!poseOf(link_frames_[i], a)) {
+    const auto here = poseOf(link_frames_[i]);
+    if (!here) {
       continue;
     }
-    if (i + 1 == link_frames_.size() || !poseOf(link_frames_[i + 1], b)) {
-      b = a;
-    }
-    const float d = distanceToSegment(point, a.translation().cast<float>(), b.translation().cast<float>());
+    const auto next = i + 1 < link_frames_.size() ? poseOf(link_frames_[i + 1]) : std::nullopt;
+    const Eigen::Vector3f a = here->translation().cast<float>();
+    const float d = distanceToSegment(point, a, next ? next->translation().cast<float>().eval() : a);
     if (d < best_distance) {
       best_distance = d;
       best = link_frames_[i];
@@ -121,10 +126,7 @@ std::string ObjectMemory::nearestLink(const Eigen::Vector3f& point) const {
 
 void ObjectMemory::learn(const Eigen::Vector3f& point, std::int64_t set, const AssociationParams& params) {
   const std::string frame = nearestLink(point);
-  Eigen::Isometry3d T = seed_.T_world_seed;
-  if (!frame.empty()) {
-    static_cast<void>(poseOf(frame, T));
-  }
+  const Eigen::Isometry3d T = poseOfLearned(frame).value_or(seed_.T_world_seed);
   const LearnedCloud empty(static_cast<float>(params.cloud_spacing), hasShape() ? kHitsBesideShape : 1);
   learned_.emplace(frame, empty).first->second.add(T.inverse().cast<float>() * point, set);
 }
@@ -132,11 +134,10 @@ void ObjectMemory::learn(const Eigen::Vector3f& point, std::int64_t set, const A
 float ObjectMemory::learnedDistance(const Eigen::Vector3f& point) const {
   float best = std::numeric_limits<float>::infinity();
   for (const auto& [frame, cloud] : learned_) {
-    Eigen::Isometry3d T = seed_.T_world_seed;
-    if (cloud.empty() || (!frame.empty() && !poseOf(frame, T))) {
-      continue;
+    const auto T = cloud.empty() ? std::nullopt : poseOfLearned(frame);
+    if (T) {
+      best = std::min(best, cloud.distance(T->inverse().cast<float>() * point));
     }
-    best = std::min(best, cloud.distance(T.inverse().cast<float>() * point));
   }
   return best;
 }
@@ -147,9 +148,8 @@ bool ObjectMemory::hasLearned() const {
 
 void ObjectMemory::appendLearned(std::vector<Eigen::Vector3f>& out) const {
   for (const auto& [frame, cloud] : learned_) {
-    Eigen::Isometry3d T = seed_.T_world_seed;
-    if (frame.empty() || poseOf(frame, T)) {
-      const Eigen::Isometry3f T_world_frame = T.cast<float>();
+    if (const auto T = poseOfLearned(frame)) {
+      const Eigen::Isometry3f T_world_frame = T->cast<float>();
       for (const Eigen::Vector3f& p : cloud.points()) {
         out.push_back(T_world_frame * p);
       }

@@ -6,6 +6,7 @@
 #include "learned_cloud.hpp"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,11 @@ class ObjectMemory {
   /// True when it has several links that move against each other.
   [[nodiscard]] bool isArticulated() const { return link_frames_.size() > 1; }
 
-  /// World <- frame now; false when it has never been known.
-  [[nodiscard]] bool poseOf(const std::string& frame, Eigen::Isometry3d& T_world_frame) const;
+  /// World <- frame now; empty when it has never been known.
+  [[nodiscard]] std::optional<Eigen::Isometry3d> poseOf(const std::string& frame) const;
+
+  // What appends does so to buffers that the caller keeps: returned vectors take 0.03 ms more of 0.38 ms a set
+  // (perception_core_bench, "3 associate").
 
   /// Appends points on the surfaces of the known solids at their present poses, world.
   void appendSurfaces(std::vector<Eigen::Vector3f>& out) const;
@@ -47,9 +51,12 @@ class ObjectMemory {
  private:
   void takeShapes(const KnownObject* known);
   [[nodiscard]] std::string nearestLink(const Eigen::Vector3f& point) const;
+  /// World <- what a learnt cloud is kept in: a link's frame, or the seed's for a name that is empty.
+  [[nodiscard]] std::optional<Eigen::Isometry3d> poseOfLearned(const std::string& frame) const;
 
   Seed seed_;
-  std::vector<Solid> solids_;
+  std::vector<Solid> told_;    // the known shapes as they were told
+  std::vector<Solid> solids_;  // those of them that make sense
   std::vector<std::string> link_frames_;
   std::vector<std::vector<Eigen::Vector3f>> surfaces_;     // of each solid, in its frame
   std::map<std::string, Eigen::Isometry3d> T_seed_frame_;  // last known

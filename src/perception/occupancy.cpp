@@ -14,16 +14,12 @@ bool isAttached(const AssociatedObject& a, const AssociatedObject& b) {
   return std::find(a.attached_to.begin(), a.attached_to.end(), b.name) != a.attached_to.end();
 }
 
-bool isUnknown(const AssociatedObject& o) {
-  return o.name.compare(0, 8, "unknown_") == 0;
-}
-
 /// How loosely an object stands in the cell: the looser one keeps a cell that two share in peace.
 int looseness(const AssociatedObject& o) {
   if (o.object == ObjectKind::kDebris) {
     return 4;
   }
-  if (isUnknown(o)) {
+  if (o.is_unknown) {
     return 3;
   }
   if (!o.attached_to.empty()) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace yarm::perception {
 
@@ -32,6 +33,7 @@ class PclBackend : public MergeBackend {
     out.stamp_ns = oldestStamp(clouds);
     out.points.clear();
     out.cameras.clear();
+    out.absent.clear();
     for (std::size_t c = 0; c < clouds.size(); ++c) {
       out.cameras.push_back(addCloud(clouds[c], static_cast<int>(c), out.points));
     }
@@ -85,26 +87,31 @@ class PclBackend : public MergeBackend {
     return cloud;
   }
 
-  static bool readCloud(const CameraCloud& cloud, float limit, Cloud& out) {
+  /// Absurd points are read as NaN.
+  static CropCount readCloud(const CameraCloud& cloud, float limit, Cloud& out) {
     const std::size_t row_step = cloud.row_step == 0 ? cloud.width * cloud.point_step : cloud.row_step;
     out.resize(cloud.width * cloud.height);
-    bool sane = true;
+    CropCount count;
     for (std::size_t i = 0; i < out.size(); ++i) {
       const std::uint8_t* p = cloud.data + (i / cloud.width) * row_step + (i % cloud.width) * cloud.point_step;
       std::memcpy(&out[i].x, p + cloud.x_offset, sizeof(float));
       std::memcpy(&out[i].y, p + cloud.y_offset, sizeof(float));
       std::memcpy(&out[i].z, p + cloud.z_offset, sizeof(float));
-      sane = sane && !(std::fabs(out[i].x) > limit || std::fabs(out[i].y) > limit || std::fabs(out[i].z) > limit);
+      pcl::PointXYZ& point = out[i];
+      if (std::fabs(point.x) > limit || std::fabs(point.y) > limit || std::fabs(point.z) > limit) {
+        ++count.absurd;
+        point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
+      }
+      count.finite += pcl::isFinite(point) ? 1U : 0U;
     }
     out.is_dense = false;
-    return sane;
+    return count;
   }
 
   CameraReport addCloud(const CameraCloud& cloud, int camera, std::vector<MergedPoint>& points) const {
     const Cloud::Ptr raw(new Cloud);
-    CameraReport report{cloud.width * cloud.height, 0, false};
-    report.absurd = !readCloud(cloud, static_cast<float>(params_.absurd_limit), *raw);
-    if (report.absurd) {
+    CameraReport report = reportOf(cloud, readCloud(cloud, static_cast<float>(params_.absurd_limit), *raw), params_);
+    if (report.dropped) {
       return report;
     }
     const Cloud::Ptr world(new Cloud);

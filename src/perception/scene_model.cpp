@@ -1,5 +1,6 @@
 #include "scene_model.hpp"
 
+#include "safe_cast.hpp"
 #include "solid_math.hpp"
 
 #include <algorithm>
@@ -78,15 +79,15 @@ SceneModel::Range SceneModel::sitesOf(const Piece& piece) const {
   Range range{};
   for (int a = 0; a < 3; ++a) {
     const float reach = piece.extent[a] + kLargestMargin;
-    range.low[a] = std::max(0, static_cast<int>(std::floor((piece.centre[a] - reach - low_[a]) / kSite)));
-    range.high[a] = std::min(n_[a] - 1, static_cast<int>(std::floor((piece.centre[a] + reach - low_[a]) / kSite)));
+    range.low[a] = intWithin(std::floor((piece.centre[a] - reach - low_[a]) / kSite), 0, n_[a]);
+    range.high[a] = intWithin(std::floor((piece.centre[a] + reach - low_[a]) / kSite), -1, n_[a] - 1);
   }
   return range;
 }
 
 int SceneModel::siteOf(float x, float y, float z) const {
   const auto along = [&](float value, int axis) {
-    return std::clamp(static_cast<int>((value - low_[axis]) * (1.F / kSite)), 0, n_[axis] - 1);
+    return intWithin((value - low_[axis]) * (1.F / kSite), 0, n_[axis] - 1);
   };
   return (along(x, 0) * n_[1] + along(y, 1)) * n_[2] + along(z, 2);
 }
@@ -128,18 +129,19 @@ void SceneModel::index() {
   begin_[sites + 1] = static_cast<std::int32_t>(list_.size());
 }
 
-bool SceneModel::isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const {
+std::optional<SurfaceDistance> SceneModel::nearTo(const Piece& piece, const MergedPoint& point) const {
   const float slack = slackOf(point);
   const Eigen::Vector3f local = piece.R_solid_world * (Eigen::Vector3f(point.x, point.y, point.z) - piece.centre);
   if ((local.cwiseAbs() - piece.half).maxCoeff() > std::min(kLargestMargin, slack)) {
-    return false;
+    return std::nullopt;
   }
-  out = solid_math::distance(piece.shape, piece.size, local);
-  if (out.distance <= tolerance_) {
-    return true;
+  const SurfaceDistance near = solid_math::distance(piece.shape, piece.size, local);
+  if (near.distance <= tolerance_) {
+    return near;
   }
   const Eigen::Vector3f ray = piece.R_solid_world * Eigen::Vector3f(point.ux, point.uy, point.uz);
-  return out.distance <= std::min(kLargestMargin, tolerance_ + sigmas_ * point.sigma * std::abs(ray.dot(out.normal)));
+  const float margin = tolerance_ + sigmas_ * point.sigma * std::abs(ray.dot(near.normal));
+  return near.distance <= std::min(kLargestMargin, margin) ? std::optional<SurfaceDistance>(near) : std::nullopt;
 }
 
 inline solid_math::Surface<Four> SceneModel::surfaceOf(const Piece& piece, const FourVectors& p) {
@@ -206,23 +208,24 @@ void SceneModel::bin(const std::vector<MergedPoint>& points) {
   }
 }
 
-void SceneModel::explain(const std::vector<MergedPoint>& points, std::vector<Explanation>& out) {
+const std::vector<Explanation>& SceneModel::explain(const std::vector<MergedPoint>& points) {
   bin(points);
-  out.assign(points.size(), {});
+  explained_.assign(points.size(), {});
   for (const std::int32_t taken : taken_) {
     const auto site = static_cast<std::size_t>(taken);
     if (sole_[site] >= 0) {
-      alike(site, points, out);
+      alike(site, points);
     } else if (sole_[site] == kMany) {
       for (std::int32_t i = head_[site]; i >= 0; i = next_[static_cast<std::size_t>(i)]) {
-        out[static_cast<std::size_t>(i)] = among(site, points[static_cast<std::size_t>(i)]);
+        explained_[static_cast<std::size_t>(i)] = among(site, points[static_cast<std::size_t>(i)]);
       }
     }
     head_[site] = -1;
   }
+  return explained_;
 }
 
-void SceneModel::alike(std::size_t site, const std::vector<MergedPoint>& points, std::vector<Explanation>& out) const {
+void SceneModel::alike(std::size_t site, const std::vector<MergedPoint>& points) {
   for (std::int32_t i = head_[site]; i >= 0;) {
     std::size_t at[kLanes];
     int count = 0;
@@ -250,10 +253,10 @@ void SceneModel::alike(std::size_t site, const std::vector<MergedPoint>& points,
     }
     for (int k = 0; k < count; ++k) {
       if (piece[k] >= 0) {
-        out[at[k]] = {piece[k],
-                      sole_[site],
-                      surface.distance[k],
-                      {surface.normal.x[k], surface.normal.y[k], surface.normal.z[k]}};
+        explained_[at[k]] = {piece[k],
+                             sole_[site],
+                             surface.distance[k],
+                             {surface.normal.x[k], surface.normal.y[k], surface.normal.z[k]}};
       }
     }
   }
@@ -264,9 +267,8 @@ Explanation SceneModel::among(std::size_t site, const MergedPoint& point) {
   bool several = false;
   for (std::int32_t e = begin_[site + 1]; e < begin_[site + 2]; ++e) {
     const std::int32_t i = list_[static_cast<std::size_t>(e)];
-    SurfaceDistance surface;
-    if (isNear(pieces_[static_cast<std::size_t>(i)], point, surface)) {
-      candidates_.push_back({i, surface});
+    if (const auto surface = nearTo(pieces_[static_cast<std::size_t>(i)], point)) {
+      candidates_.push_back({i, *surface});
       several = several || objectOf(i) != objectOf(candidates_.front().piece);
     }
   }
@@ -314,9 +316,8 @@ void SceneModel::cellsInside(int index, std::vector<Eigen::Vector3f>& out) const
   for (int a = 0; a < 3; ++a) {
     edge[a] = static_cast<float>(grid.resolution(a));
     const int cells = grid.size[static_cast<std::size_t>(a)];
-    low[a] = std::max(0, static_cast<int>(std::ceil((piece.centre[a] - piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
-    high[a] = std::min(cells - 1,
-                       static_cast<int>(std::floor((piece.centre[a] + piece.extent[a] - low_[a]) / edge[a] - 0.5F)));
+    low[a] = intWithin(std::ceil((piece.centre[a] - piece.extent[a] - low_[a]) / edge[a] - 0.5F), 0, cells);
+    high[a] = intWithin(std::floor((piece.centre[a] + piece.extent[a] - low_[a]) / edge[a] - 0.5F), -1, cells - 1);
   }
   for (int x = low[0]; x <= high[0]; ++x) {
     for (int y = low[1]; y <= high[1]; ++y) {

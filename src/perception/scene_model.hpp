@@ -7,6 +7,7 @@
 #include "yarm/perception/solids.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace yarm::perception {
@@ -32,8 +33,8 @@ class SceneModel {
   void index();
 
   /// For each point the surface it lies on within its noise. Noise moves a point along its ray only: where several
-  /// objects are near, it is the one whose solid the ray meets first.
-  void explain(const std::vector<MergedPoint>& points, std::vector<Explanation>& out);
+  /// objects are near, it is the one whose solid the ray meets first. Valid until the next call.
+  const std::vector<Explanation>& explain(const std::vector<MergedPoint>& points);
   /// The nearest solid of all whose object `wanted` marks, within `reach` metres.
   [[nodiscard]] Explanation nearest(const Eigen::Vector3f& point, const std::vector<char>& wanted, float reach) const;
   /// How far (in sigmas of its noise) a point is above the surface that explains it; for telling low things on a table.
@@ -63,13 +64,14 @@ class SceneModel {
   /// Distances of four points to a solid, and normals in the world.
   [[nodiscard]] static solid_math::Surface<solid_math::Four> surfaceOf(const Piece& piece,
                                                                        const solid_math::FourVectors& p);
-  [[nodiscard]] bool isNear(const Piece& piece, const MergedPoint& point, SurfaceDistance& out) const;
+  /// The way to a solid's surface (its own frame); empty when it does not explain the point.
+  [[nodiscard]] std::optional<SurfaceDistance> nearTo(const Piece& piece, const MergedPoint& point) const;
   /// Chains the points of each site, so that a site's solids are looked up once.
   void bin(const std::vector<MergedPoint>& points);
   /// Explains a point by the solids near its site, of several objects.
   [[nodiscard]] Explanation among(std::size_t site, const MergedPoint& point);
   /// Explains all points of a site by the nearest of its solids, which are one object's: four points at once.
-  void alike(std::size_t site, const std::vector<MergedPoint>& points, std::vector<Explanation>& out) const;
+  void alike(std::size_t site, const std::vector<MergedPoint>& points);
   [[nodiscard]] std::size_t nearestCandidate() const;
   [[nodiscard]] std::size_t firstMet(const MergedPoint& point) const;
   [[nodiscard]] std::size_t likeliest(const MergedPoint& point) const;
@@ -96,6 +98,7 @@ class SceneModel {
   std::vector<std::int32_t> next_;   // next point in the same site
   std::vector<std::int32_t> taken_;  // sites with points
   std::vector<Candidate> candidates_;
+  std::vector<Explanation> explained_;  // of each point
 };
 
 }  // namespace yarm::perception

@@ -1,5 +1,6 @@
 #include "yarm/perception/solids.hpp"
 
+#include "safe_cast.hpp"
 #include "solid_math.hpp"
 
 #include <algorithm>
@@ -12,8 +13,10 @@ namespace {
 
 using solid_math::kTiny;
 
+constexpr int kMostSteps = 1 << 12;  // of a sampled surface, along one direction
 constexpr float kMiss = std::numeric_limits<float>::infinity();
 
+/// The slab method (Kay and Kajiya, 1986).
 float enterBox(const Eigen::Vector3f& half, const Eigen::Vector3f& o, const Eigen::Vector3f& d) {
   float enter = 0.F;
   float leave = kMiss;
@@ -60,7 +63,7 @@ float enterCylinder(float radius, float half, const Eigen::Vector3f& o, const Ei
 }
 
 int steps(float length, float pitch) {
-  return std::max(1, static_cast<int>(std::ceil(length / pitch)));
+  return intWithin(std::ceil(length / pitch), 1, kMostSteps);
 }
 
 void sampleBox(const Eigen::Vector3f& half, float pitch, std::vector<Eigen::Vector3f>& out) {
@@ -118,7 +121,46 @@ void sampleCaps(float radius, float half, float pitch, std::vector<Eigen::Vector
   }
 }
 
+/// What is wrong with a number that must lie in (low, high], or nothing.
+std::string sizeFault(const char* what, double value) {
+  if (value > 0.0 && value <= kLargestSolid) {
+    return "";
+  }
+  return std::string(what) + " " + std::to_string(value) + " m, must be above 0 and at most " +
+         std::to_string(kLargestSolid) + " m";
+}
+
 }  // namespace
+
+std::string poseFault(const Eigen::Isometry3d& pose) {
+  if (!pose.matrix().allFinite()) {
+    return "the pose is not finite";
+  }
+  const double farthest = pose.translation().cwiseAbs().maxCoeff();
+  return farthest <= kFarthestPose ? ""
+                                   : "the position is " + std::to_string(farthest) + " m off on an axis, at most " +
+                                         std::to_string(kFarthestPose) + " m";
+}
+
+std::string solidFault(const Solid& solid) {
+  std::string fault;
+  switch (solid.shape) {
+    case Solid::Shape::kSphere:
+      fault = sizeFault("radius", solid.size.x());
+      break;
+    case Solid::Shape::kCylinder:
+    case Solid::Shape::kCapsule:
+      fault = sizeFault("radius", solid.size.x());
+      fault += fault.empty() ? sizeFault("length", solid.size.z()) : "";
+      break;
+    case Solid::Shape::kBox:
+      for (int axis = 0; axis < 3 && fault.empty(); ++axis) {
+        fault = sizeFault("edge", solid.size[axis]);
+      }
+      break;
+  }
+  return fault.empty() ? poseFault(solid.T_frame_solid) : fault;
+}
 
 SurfaceDistance surfaceDistance(Solid::Shape shape, const Eigen::Vector3f& size, const Eigen::Vector3f& point) {
   return solid_math::distance(shape, size, point);

@@ -11,6 +11,7 @@ constexpr std::array<std::pair<ObjectKind, const char*>, 5> kKindNames{{{ObjectK
                                                                         {ObjectKind::kDebris, "Debris"},
                                                                         {ObjectKind::kTarget, "Target"},
                                                                         {ObjectKind::kObstacle, "Obstacle"}}};
+constexpr char kUnknownPrefix[] = "unknown_";
 }  // namespace
 
 std::size_t GridSpec::count() const {
@@ -57,14 +58,21 @@ const char* toString(ObjectKind kind) {
   return "";
 }
 
-bool fromString(const std::string& text, ObjectKind& kind) {
+std::optional<ObjectKind> fromString(const std::string& text) {
   for (const auto& [value, name] : kKindNames) {
     if (text == name) {
-      kind = value;
-      return true;
+      return value;
     }
   }
-  return false;
+  return std::nullopt;
+}
+
+std::string unknownName(std::int64_t number) {
+  return kUnknownPrefix + std::to_string(number);
+}
+
+bool isUnknownName(const std::string& name) {
+  return name.rfind(kUnknownPrefix, 0) == 0;
 }
 
 }  // namespace yarm::perception

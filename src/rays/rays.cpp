@@ -7,10 +7,10 @@
 
 namespace {
 
-constexpr double kNearPlane = 0.05;
+constexpr double kNearPlane = 1e-3;  // m; what is nearer is not projected
 constexpr double kFar = 1e30;
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kGrazing = kPi / 3.0;
+constexpr double kGrazingCosine = 0.5;  // beyond 60 deg from the surface's normal
 constexpr double kSteepest = 85.0 * kPi / 180.0;
 
 struct Vec3 {
@@ -148,17 +148,14 @@ struct Window {
   int bottom;
 };
 
-Window windowOf(const YarmCamera& camera, const Pose& optical_from_solid, const Vec3& half) {
+// Grows to hold every point that is put into it, in pixels.
+struct Bounds {
   double left = 1e9;
   double right = -1e9;
   double top = 1e9;
   double bottom = -1e9;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p = optical_from_solid.apply({(corner & 1) != 0 ? half.x : -half.x, (corner & 2) != 0 ? half.y : -half.y,
-                                             (corner & 4) != 0 ? half.z : -half.z});
-    if (p.z < kNearPlane) {
-      return {0, camera.width, 0, camera.height};
-    }
+
+  void add(const YarmCamera& camera, const Vec3& p) {
     const double u = p.x / p.z * camera.focal_px + 0.5 * camera.width;
     const double v = p.y / p.z * camera.focal_px + 0.5 * camera.height;
     left = std::min(left, u);
@@ -166,9 +163,32 @@ Window windowOf(const YarmCamera& camera, const Pose& optical_from_solid, const 
     top = std::min(top, v);
     bottom = std::max(bottom, v);
   }
+};
+
+// The pixels that the part of a box before the near plane projects to.
+Window windowOf(const YarmCamera& camera, const Pose& optical_from_solid, const Vec3& half) {
+  std::array<Vec3, 8> corners;
+  for (unsigned i = 0; i < corners.size(); ++i) {
+    corners[i] = optical_from_solid.apply(
+        {(i & 1U) != 0 ? half.x : -half.x, (i & 2U) != 0 ? half.y : -half.y, (i & 4U) != 0 ? half.z : -half.z});
+  }
+  Bounds bounds;
+  for (unsigned i = 0; i < corners.size(); ++i) {
+    const Vec3& from = corners[i];
+    if (from.z >= kNearPlane) {
+      bounds.add(camera, from);
+    }
+    for (const unsigned axis : {1U, 2U, 4U}) {
+      const Vec3& to = corners[i ^ axis];
+      if (from.z < kNearPlane && to.z >= kNearPlane) {
+        const double share = (kNearPlane - from.z) / (to.z - from.z);
+        bounds.add(camera, (1.0 - share) * from + share * to);
+      }
+    }
+  }
   const auto pixel = [](double value, int limit) { return static_cast<int>(std::clamp(value, 0.0, double(limit))); };
-  return {pixel(left - 1.0, camera.width), pixel(right + 2.0, camera.width), pixel(top - 1.0, camera.height),
-          pixel(bottom + 2.0, camera.height)};
+  return {pixel(bounds.left - 1.0, camera.width), pixel(bounds.right + 2.0, camera.width),
+          pixel(bounds.top - 1.0, camera.height), pixel(bounds.bottom + 2.0, camera.height)};
 }
 
 bool allBehind(const Pose& optical_from_solid, const Vec3& half) {
@@ -189,8 +209,9 @@ struct Point {
 float yarmRaysSigma(double depth, double incidence_cosine) {
   const double beyond = depth - 0.4;
   double sigma = 0.0012 + 0.0019 * beyond * beyond;
-  const double theta = std::min(std::acos(std::clamp(std::abs(incidence_cosine), 0.0, 1.0)), kSteepest);
-  if (theta > kGrazing) {
+  const double cosine = std::abs(incidence_cosine);
+  if (cosine < kGrazingCosine) {
+    const double theta = std::min(std::acos(cosine), kSteepest);
     const double left = 0.5 * kPi - theta;
     sigma += 0.0001 / std::sqrt(std::max(depth, 0.1)) * theta * theta / (left * left);
   }

@@ -1,8 +1,11 @@
 // PointCloud2 in and out. Clouds come from outside, so nothing in such a message is believed.
 #include "yarm/ros/conversions.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace yarm {
 
@@ -134,6 +137,15 @@ void setPoints(PointCloud2& message, const void* data, std::size_t points) {
 void fillMergedPoints(const perception::MergedSet& set, PointCloud2& message) {
   layOut(message, kMergedFields, kMergedFields.size(), sizeof(perception::MergedPoint));
   setPoints(message, set.points.data(), set.points.size());
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const std::int32_t camera : set.absent) {
+    const perception::MergedPoint mark{kNan, kNan, kNan, kNan, kNan, kNan, kNan, camera};
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&mark);
+    message.data.insert(message.data.end(), bytes, bytes + sizeof(mark));
+    ++message.width;
+  }
+  message.row_step = message.width * message.point_step;
+  message.is_dense = set.absent.empty() ? 1 : 0;
 }
 
 namespace {
@@ -146,6 +158,18 @@ bool hasMergedLayout(const PointCloud2& message) {
               message.fields[i].datatype == kMergedFields[i].type;
   }
   return matches;
+}
+
+/// Takes the marks of absent cameras out of the points.
+void takeAbsent(perception::MergedSet& set) {
+  set.absent.clear();
+  const auto is_mark = [](const perception::MergedPoint& p) { return std::isnan(p.x) && p.camera >= 0; };
+  const auto marks = std::stable_partition(set.points.begin(), set.points.end(),
+                                           [&](const perception::MergedPoint& p) { return !is_mark(p); });
+  for (auto mark = marks; mark != set.points.end(); ++mark) {
+    set.absent.push_back(mark->camera);
+  }
+  set.points.erase(marks, set.points.end());
 }
 
 bool isInside(const perception::MergeParams& box, const perception::MergedPoint& p) {
@@ -173,6 +197,7 @@ Read<bool> readMergedPoints(const PointCloud2& message, const perception::MergeP
   if (message.width > 0) {
     std::memcpy(set.points.data(), message.data.data(), message.width * sizeof(perception::MergedPoint));
   }
+  takeAbsent(set);
   set.cameras.clear();
   set.voxel_of_point.clear();
   set.centroids.clear();

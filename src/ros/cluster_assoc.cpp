@@ -4,6 +4,7 @@
 #include "yarm/ros/side_object.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <set>
 
 namespace yarm {
@@ -11,10 +12,13 @@ namespace yarm {
 namespace {
 
 constexpr int kSetQueue = 32;
-constexpr std::int64_t kStaleSeedsNs = 500'000'000;
+// Seeds may be this far ahead of the clock; in lock-step it may lag many ticks behind what it times.
+constexpr std::int64_t kMostAheadNs = 500'000'000;
+constexpr std::int64_t kMostAheadInLockStepNs = 5'000'000'000;
+constexpr std::int64_t kWatchEvery = 5;  // sets of which one is looked at for cameras that are off
 
-perception::MergeParams mergeParamsOf(const ros::NodeHandle& handle, const std::string& node) {
-  return loadParams<MergeCloudsParams>(ros::NodeHandle(handle, node)).mergeParams();
+MergeCloudsParams mergeParamsOf(const ros::NodeHandle& handle, const std::string& node) {
+  return loadParams<MergeCloudsParams>(ros::NodeHandle(handle, node));
 }
 
 ros::TransportHints promptly() {
@@ -26,13 +30,16 @@ ros::TransportHints promptly() {
 ClusterAssoc::ClusterAssoc(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle)
     : params_(loadParams<ClusterAssocParams>(private_handle)),
       handle_(handle),
-      merge_(mergeParamsOf(handle, params_.merge_node)),
+      merge_node_(mergeParamsOf(handle, params_.merge_node)),
+      merge_(merge_node_.mergeParams()),
       backend_(perception::makeBackend(params_.backend, merge_, params_.cluster)),
       associator_(perception::makeAssociator(params_.association, params_.assoc)),
       tf_(TfSource::shared()),
       wait_ns_(static_cast<std::int64_t>((params_.sync ? kSyncWaitS : params_.seed_wait) * 1e9)),
+      seeds_(params_.sync ? kMostAheadInLockStepNs : kMostAheadNs),
       last_seed_ns_(steadyNow()),
-      health_(handle, "cluster_assoc: inputs") {
+      health_(handle, "cluster_assoc: inputs"),
+      camera_poses_(handle, "cluster_assoc: camera poses") {
   handle_.setCallbackQueue(&Executor::instance().queue());
   clusters_out_ = handle_.advertise<yarm::CloudVector>(names::CLOUD_CLUSTERS, 10);
   associated_out_ = handle_.advertise<yarm::AssociatedClusterVector>(names::ASSOCIATED_CLUSTERS, 10);
@@ -63,14 +70,28 @@ void ClusterAssoc::onPoints(const sensor_msgs::PointCloud2ConstPtr& message) {
   inbox_.push_back({set, steadyNow()});
 }
 
-void ClusterAssoc::onSeeds(const yarm::TransformStampedVectorConstPtr& message) {
-  Read<std::vector<perception::Seed>> read = readSeeds(*message);
+void ClusterAssoc::onSeeds(const ros::MessageEvent<const yarm::TransformStampedVector>& event) {
+  const yarm::TransformStampedVector& message = *event.getConstMessage();
+  Read<std::vector<perception::Seed>> read = readSeeds(message);
   if (!read.ok()) {
-    warn_(names::SEED_TRANSFORMS, seeds_in_.getTopic() + ": seeds left out: " + read.reason);
+    refuseSeeds(event.getPublisherName(), "left out: " + read.reason);
+    if (read.value.empty()) {
+      return;
+    }
   }
-  seeds_.add(toNs(message->header.stamp), std::move(read.value));
+  const std::string fault = seeds_.add(toNs(message.header.stamp), std::move(read.value), toNs(ros::Time::now()));
+  if (!fault.empty()) {
+    refuseSeeds(event.getPublisherName(), fault);
+    return;
+  }
   seeds_stalled_ = false;
   last_seed_ns_ = steadyNow();
+}
+
+void ClusterAssoc::refuseSeeds(const std::string& sender, const std::string& reason) {
+  ++refused_seeds_;
+  last_refusal_ = "from " + sender + ": " + reason;
+  warn_(names::SEED_TRANSFORMS + sender, seeds_in_.getTopic() + ": seeds refused " + last_refusal_);
 }
 
 void ClusterAssoc::onRegistry(const yarm::ObjectRegistryConstPtr& message) {
@@ -101,6 +122,7 @@ void ClusterAssoc::onSwitch(const std_msgs::Int8ConstPtr& message) {
 }
 
 void ClusterAssoc::poll() {
+  seeds_.noticeClock(toNs(ros::Time::now()));
   while (!inbox_.empty() && ready(inbox_.front(), steadyNow())) {
     const Arrival arrival = std::move(inbox_.front());
     inbox_.pop_front();
@@ -108,6 +130,7 @@ void ClusterAssoc::poll() {
   }
   if (health_.due()) {
     diagnose();
+    diagnoseCameras();
   }
 }
 
@@ -117,9 +140,6 @@ void ClusterAssoc::noticeRestart(perception::StampNs stamp_ns) {
   }
   ROS_WARN("cluster_assoc: time went back; starting afresh");
   associator_->reset();
-  if (seeds_.newestNs() > stamp_ns + kStaleSeedsNs) {
-    seeds_.clear();
-  }
 }
 
 bool ClusterAssoc::ready(const Arrival& arrival, std::int64_t now_ns) {
@@ -143,15 +163,14 @@ bool ClusterAssoc::ready(const Arrival& arrival, std::int64_t now_ns) {
 bool ClusterAssoc::gatherLinks(perception::StampNs stamp_ns) {
   bool complete = true;
   links_.clear();
-  std::string reason;
   for (const std::string& frame : frames_) {
-    auto pose = tf_->at(frame, stamp_ns, &reason);
-    if (!pose) {
+    Read<Eigen::Isometry3d> pose = tf_->at(frame, stamp_ns);
+    if (!pose.ok()) {
       complete = false;
       pose = tf_->newest(frame);
     }
-    if (pose) {
-      links_.emplace(frame, *pose);
+    if (pose.ok()) {
+      links_.emplace(frame, pose.value);
     }
   }
   return complete;
@@ -172,6 +191,9 @@ void ClusterAssoc::process(perception::MergedSet& set) {
   input.calibrating = calibrating_;
   publishAssociated(associator_->associate(input));
   publishClusters(set);
+  if (sets_seen_++ % kWatchEvery == 0) {
+    watch_.add(input);
+  }
   ++processed_;
 }
 
@@ -200,6 +222,32 @@ void ClusterAssoc::publishAssociated(const perception::AssociatedSet& set) {
   associated_out_.publish(withSide(std::move(message), frame));
 }
 
+void ClusterAssoc::diagnoseCameras() {
+  for (const perception::CameraFit& fit : watch_.take()) {
+    const auto index = static_cast<std::size_t>(fit.camera);
+    const std::vector<std::string>& topics = merge_node_.camera_topics;
+    const std::string name = index < topics.size() ? topics[index] : "camera " + std::to_string(fit.camera);
+    camera_poses_.value(name + " turned by, deg", fit.turned_deg);
+    camera_poses_.value(name + " off known static surfaces by, m (median)", fit.off_m);
+    if (fit.turned_deg < params_.watch.warn_deg) {
+      continue;
+    }
+    const bool bad = fit.turned_deg >= params_.watch.error_deg;
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  ": is off: turned by %.2f deg its points fit the known static surfaces, at most %.2f deg; "
+                  "check its mounting and its transform",
+                  fit.turned_deg, bad ? params_.watch.error_deg : params_.watch.warn_deg);
+    warn_("off " + name, name + text);
+    if (bad) {
+      camera_poses_.error(name + text);
+    } else {
+      camera_poses_.warn(name + text);
+    }
+  }
+  camera_poses_.send("no camera is off");
+}
+
 void ClusterAssoc::diagnose() {
   const double silent_s = static_cast<double>(steadyNow() - last_seed_ns_) * 1e-9;
   if (silent_s > 1.0) {
@@ -210,6 +258,10 @@ void ClusterAssoc::diagnose() {
                  " sets without seeds of their time; the newest were up to " + std::to_string(worst_lag_s_) +
                  " s older");
   }
+  if (refused_seeds_ > 0) {
+    health_.warn(seeds_in_.getTopic() + ": seeds refused " + std::to_string(refused_seeds_) + " times, last " +
+                 last_refusal_);
+  }
   if (!registered_) {
     health_.warn(registry_in_.getTopic() + ": nothing heard yet");
   }
@@ -218,11 +270,13 @@ void ClusterAssoc::diagnose() {
   }
   health_.value("sets", processed_);
   health_.value("calibrating", calibrating_ ? "yes" : "no");
+  health_.value("registered objects", static_cast<double>(knowledge_.size()));
   health_.value("seeds silent for, s", silent_s);
   health_.value("sets waiting", static_cast<double>(inbox_.size()));
   health_.send(std::to_string(processed_) + " sets");
   processed_ = 0;
   with_newest_seeds_ = 0;
+  refused_seeds_ = 0;
   worst_lag_s_ = 0.0;
 }
 

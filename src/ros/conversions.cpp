@@ -1,7 +1,9 @@
 #include "yarm/ros/conversions.hpp"
 
+#include "yarm/perception/solids.hpp"
 #include "yarm/ros/names.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -23,6 +25,7 @@ Read<Eigen::Isometry3d> isometry(const geometry_msgs::Point& p, const geometry_m
   }
   read.value.linear() = rotation.normalized().toRotationMatrix();
   read.value.translation() = position;
+  read.reason = perception::poseFault(read.value);
   return read;
 }
 
@@ -39,12 +42,23 @@ void fillPoints(const std::vector<Eigen::Vector3f>& points, yarm::CloudPoints& m
   }
 }
 
-void readPoints(const yarm::CloudPoints& message, std::vector<Eigen::Vector3f>& points) {
-  points.clear();
-  points.reserve(message.cloudpoints.size());
+bool isAbsurd(const geometry_msgs::Point& p) {
+  const double farthest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  return !(farthest <= perception::kFarthestPose) || std::isnan(p.x + p.y + p.z);
+}
+
+Read<std::vector<Eigen::Vector3f>> readPoints(const yarm::CloudPoints& message) {
+  Read<std::vector<Eigen::Vector3f>> read;
+  read.value.reserve(message.cloudpoints.size());
   for (const geometry_msgs::Point& p : message.cloudpoints) {
-    points.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
+    if (isAbsurd(p)) {
+      read.reason = "point (" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) +
+                    ") m, each must be finite and at most " + std::to_string(perception::kFarthestPose);
+      return read;
+    }
+    read.value.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
   }
+  return read;
 }
 
 std::string readGrid(const yarm::AssociatedClusterVector& message, perception::GridSpec& grid) {
@@ -67,12 +81,6 @@ Read<Solid> readSolid(const shape_msgs::SolidPrimitive& primitive, const geometr
   using shape_msgs::SolidPrimitive;
   Read<Solid> read;
   const auto& d = primitive.dimensions;
-  for (const double dimension : d) {
-    if (!std::isfinite(dimension) || dimension < 0.0) {
-      read.reason = "dimension " + std::to_string(dimension) + " of a solid";
-      return read;
-    }
-  }
   const Read<Eigen::Isometry3d> placed = readPose(pose);
   Solid& solid = read.value;
   solid.T_frame_solid = placed.value;
@@ -91,6 +99,9 @@ Read<Solid> readSolid(const shape_msgs::SolidPrimitive& primitive, const geometr
   } else {
     read.reason = "solid of type " + std::to_string(primitive.type) + " with " + std::to_string(d.size()) +
                   " dimensions; a box takes 3, a sphere 1, a cylinder 2";
+  }
+  if (read.ok()) {
+    read.reason = perception::solidFault(solid);
   }
   return read;
 }
@@ -165,20 +176,29 @@ Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, percepti
     const yarm::AssociatedCluster& cluster = message.clusters[i];
     AssociatedObject& object = set.objects[i];
     const Read<Eigen::Isometry3d> pose = readTransform(cluster.transform.transform);
-    if (!fromString(cluster.object, object.object)) {
+    const auto kind = perception::fromString(cluster.object);
+    if (!kind) {
       addFault(read.reason, cluster.frame + ": unknown kind '" + cluster.object + "'");
     }
+    object.object = kind.value_or(perception::ObjectKind::kObstacle);
     if (!pose.ok()) {
       addFault(read.reason, cluster.frame + ": " + pose.reason);
     }
     object.name = cluster.frame;
     object.is_static = cluster.label == "static";
+    object.is_unknown = perception::isUnknownName(cluster.frame);
     object.T_world_seed = pose.value;
     object.stamp_ns = toNs(cluster.transform.header.stamp);
     object.attached_to = cluster.attached_to;
     object.source.clear();
-    readPoints(cluster.cloudpoints, object.points);
-    readPoints(cluster.hidden, object.hidden);
+    for (const auto& [cloud, points] :
+         {std::make_pair(&cluster.cloudpoints, &object.points), std::make_pair(&cluster.hidden, &object.hidden)}) {
+      Read<std::vector<Eigen::Vector3f>> taken = readPoints(*cloud);
+      if (!taken.ok()) {
+        addFault(read.reason, cluster.frame + ": " + taken.reason);
+      }
+      *points = std::move(taken.value);
+    }
   }
   return read;
 }
@@ -193,11 +213,13 @@ Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector
   for (std::size_t i = 0; i < count; ++i) {
     perception::Seed seed;
     const Read<Eigen::Isometry3d> pose = readTransform(message.transforms[i].transform);
-    if (!pose.ok() || !fromString(message.object[i], seed.object)) {
+    const auto kind = perception::fromString(message.object[i]);
+    if (!pose.ok() || !kind) {
       addFault(read.reason, message.frame[i] + ": " + (pose.ok() ? "unknown kind " + message.object[i] : pose.reason));
       continue;
     }
     seed.name = message.frame[i];
+    seed.object = *kind;
     seed.is_static = message.type[i] == "static";
     seed.T_world_seed = pose.value;
     seed.stamp_ns = toNs(message.transforms[i].header.stamp);

@@ -22,8 +22,20 @@ SetAssemblerOptions assemblerOptions(const MergeCloudsParams& params) {
   options.cameras = params.camera_topics.size();
   options.tolerance_ns = ns(params.sync_tolerance);
   options.timeout_ns = ns(params.sync ? kSyncWaitS : params.camera_timeout);
+  options.free_running = !params.sync;
   options.silent_grace_ns = params.sync ? ns(0.02) : 0;
   return options;
+}
+
+bool isAhead(const sensor_msgs::PointCloud2& message) {
+  const ros::Time now = ros::Time::now();
+  return !now.isZero() && toNs(message.header.stamp) - toNs(now) > kMostAheadNs;
+}
+
+std::string percent(double share) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%.1f %%", 100.0 * share);
+  return text;
 }
 
 MergeCloudsParams checked(MergeCloudsParams params, const std::string& where) {
@@ -45,6 +57,7 @@ MergeClouds::MergeClouds(const ros::NodeHandle& handle, const ros::NodeHandle& p
       backend_(perception::makeBackend(params_.backend, params_.mergeParams(), perception::ClusterParams())),
       tf_(TfSource::shared()),
       assembler_(assemblerOptions(params_)),
+      view_(params_.view, params_.camera_topics.size()),
       cameras_(params_.camera_topics.size()),
       wait_ns_(ns(params_.sync ? kSyncWaitS : params_.tf_wait)),
       health_(handle, "merge_clouds: cameras") {
@@ -77,32 +90,46 @@ void MergeClouds::subscribe(std::size_t index) {
 void MergeClouds::onCloud(std::size_t index, const sensor_msgs::PointCloud2ConstPtr& message) {
   Camera& camera = cameras_[index];
   camera.heard = true;
-  const std::string& frame = message->header.frame_id;
   const Read<perception::CameraCloud> view = viewOf(*message);
-  std::string reason = view.reason;
-  if (reason.empty() && !camera.frame.empty() && frame != camera.frame) {
-    reason = "frame '" + frame + "', must be '" + camera.frame + "'";
+  if (!view.ok()) {
+    drop(index, *message, view.reason);
+  } else if (!camera.frame.empty() && message->header.frame_id != camera.frame) {
+    refuseFrame(index, *message);
+  } else if (isAhead(*message)) {
+    const double ahead_s = (message->header.stamp - ros::Time::now()).toSec();
+    drop(index, *message, "its stamp is " + std::to_string(ahead_s) + " s ahead of the clock");
+  } else {
+    camera.wrong_frame.clear();
+    camera.inbox.push_back({message, view.value, steadyNow()});
   }
-  const ros::Time now = ros::Time::now();
-  if (reason.empty() && !now.isZero() && toNs(message->header.stamp) - toNs(now) > kMostAheadNs) {
-    reason = "its stamp is " + std::to_string((message->header.stamp - now).toSec()) + " s ahead of the clock";
+}
+
+// A wrong frame stays wrong: it is said once, and again when it changes.
+void MergeClouds::refuseFrame(std::size_t index, const sensor_msgs::PointCloud2& message) {
+  Camera& camera = cameras_[index];
+  const std::string& frame = message.header.frame_id;
+  const std::string reason = "frame '" + frame + "', must be '" + camera.frame + "' (parameter camera_frames)";
+  if (camera.wrong_frame != frame) {
+    ROS_WARN_STREAM(camera.topic << ": every cloud is dropped: " << reason);
+    camera.wrong_frame = frame;
   }
-  if (!reason.empty()) {
-    drop(index, *message, reason);
-    return;
-  }
-  camera.inbox.push_back({message, view.value, steadyNow()});
+  leaveOut(index, message, reason);
 }
 
 void MergeClouds::drop(std::size_t index, const sensor_msgs::PointCloud2& message, const std::string& reason) {
+  const std::string& topic = cameras_[index].topic;
+  warn_(topic, topic + ": cloud dropped: " + reason);
+  leaveOut(index, message, reason);
+}
+
+void MergeClouds::leaveOut(std::size_t index, const sensor_msgs::PointCloud2& message, const std::string& reason) {
   Camera& camera = cameras_[index];
   ++camera.dropped;
   camera.last_fault = reason;
-  warn_(camera.topic, camera.topic + ": cloud dropped: " + reason);
-  const std::int64_t stamp_ns = toNs(message.header.stamp);
-  if (stamp_ns - toNs(ros::Time::now()) > kMostAheadNs) {
+  if (isAhead(message)) {
     return;
   }
+  const std::int64_t stamp_ns = toNs(message.header.stamp);
   if (assembler_.skip(index, stamp_ns, steadyNow()) == Admission::accepted) {
     camera.newest_ns = stamp_ns;
   }
@@ -143,19 +170,18 @@ bool MergeClouds::settle(std::size_t index, std::int64_t now_ns) {
     drop(index, *old.message, "stamp went back by " + std::to_string(static_cast<double>(back_ns) * 1e-9) + " s");
     return true;
   }
-  std::string reason;
-  const auto pose = tf_->at(arrival.message->header.frame_id, stamp_ns, &reason);
-  if (!pose && waited_ns < wait_ns_ && !camera.lost) {
+  const Read<Eigen::Isometry3d> pose = tf_->at(arrival.message->header.frame_id, stamp_ns);
+  if (!pose.ok() && waited_ns < wait_ns_ && !camera.lost) {
     return false;
   }
-  camera.lost = !pose;
+  camera.lost = !pose.ok();
   Arrival settled = std::move(arrival);
   camera.inbox.pop_front();
-  if (!pose) {
-    drop(index, *settled.message, "no transform: " + reason);
+  if (!pose.ok()) {
+    drop(index, *settled.message, "no transform: " + pose.reason);
     return true;
   }
-  settled.view.T_world_camera = pose->cast<float>();
+  settled.view.T_world_camera = pose.value.cast<float>();
   camera.newest_ns = stamp_ns;
   if (assembler_.add(index, stamp_ns, now_ns, std::move(settled)) == Admission::late) {
     ++camera.late;
@@ -185,15 +211,50 @@ void MergeClouds::process(CameraSet<Arrival>& set) {
   const auto merged = sets_.acquire();
   backend_->merge(clouds, *merged);
   merged->stamp_ns = set.stamp_ns;
-  for (std::size_t index = 0; index < merged->cameras.size(); ++index) {
-    if (merged->cameras[index].absurd) {
-      Camera& camera = cameras_[index];
+  if (judge(set, *merged)) {
+    publish(merged);
+    return;
+  }
+  ++too_little_;
+  warn_("view", "merge_clouds: too little view, no map: " + blindness());
+}
+
+bool MergeClouds::judge(const CameraSet<Arrival>& set, perception::MergedSet& merged) {
+  for (std::size_t index = 0; index < cameras_.size(); ++index) {
+    Camera& camera = cameras_[index];
+    const perception::CameraReport& report = merged.cameras[index];
+    camera.view.sees = false;
+    camera.view.share = 0.0;
+    if (set.items[index]) {
+      camera.view = view_.judge(index, report);
+      camera.judged = true;
+      camera.absurd += report.absurd > 0 ? 1 : 0;
+    }
+    if (report.dropped) {
       ++camera.dropped;
-      camera.last_fault = "infinite or absurd coordinates";
+      camera.last_fault = std::to_string(report.absurd) + " of " + std::to_string(report.points) +
+                          " points are infinite or absurd, at most " + percent(params_.merge.absurd_share) + " may be";
       warn_(camera.topic, camera.topic + ": cloud dropped: " + camera.last_fault);
     }
+    if (!camera.view.sees) {
+      merged.absent.push_back(static_cast<std::int32_t>(index));
+    }
   }
-  publish(merged);
+  return cameras_.size() - merged.absent.size() >= view_.needed();
+}
+
+std::string MergeClouds::blindness() const {
+  std::string seen;
+  std::size_t seeing = 0;
+  for (const Camera& camera : cameras_) {
+    seeing += camera.view.sees ? 1U : 0U;
+    if (!camera.view.sees) {
+      seen += "; " + camera.topic + " has no view (" + percent(camera.view.share) +
+              " of its points are finite, usually " + percent(camera.view.usual) + ")";
+    }
+  }
+  return std::to_string(seeing) + " of " + std::to_string(cameras_.size()) + " cameras see, at least " +
+         std::to_string(view_.needed()) + " must" + seen;
 }
 
 void MergeClouds::publish(const boost::shared_ptr<perception::MergedSet>& set) {
@@ -220,6 +281,7 @@ void MergeClouds::publish(const boost::shared_ptr<perception::MergedSet>& set) {
 void MergeClouds::reset() {
   ROS_WARN("merge_clouds: time went back; starting afresh");
   assembler_.reset();
+  view_.reset();
   published_ns_.reset();
   for (Camera& camera : cameras_) {
     camera.newest_ns = 0;
@@ -227,29 +289,47 @@ void MergeClouds::reset() {
 }
 
 void MergeClouds::diagnose(std::int64_t now_ns) {
+  if (too_little_ > 0) {
+    health_.error("too little view, " + std::to_string(too_little_) + " sets are no maps: " + blindness());
+  }
   for (std::size_t index = 0; index < cameras_.size(); ++index) {
-    Camera& camera = cameras_[index];
-    const double silent_s = static_cast<double>(assembler_.silentFor(index, now_ns)) * 1e-9;
-    if (!camera.heard) {
-      health_.warn(camera.topic + ": nothing heard yet, " + std::to_string(camera.subscriber.getNumPublishers()) +
-                   " publishers");
-    } else if (assembler_.isSilent(index, now_ns)) {
-      char text[64];
-      std::snprintf(text, sizeof(text), ": silent for %.1f s", silent_s);
-      health_.warn(camera.topic + text);
-    }
-    if (camera.dropped > 0) {
-      health_.warn(camera.topic + ": " + std::to_string(camera.dropped) + " clouds dropped: " + camera.last_fault);
-    }
-    health_.value(camera.topic + " silent for, s", silent_s);
-    health_.value(camera.topic + " dropped", camera.dropped);
-    health_.value(camera.topic + " too late for their set", camera.late);
-    camera.dropped = 0;
-    camera.late = 0;
+    diagnoseCamera(index, now_ns);
   }
   health_.value("sets", published_);
+  health_.value("sets with too little view", too_little_);
   health_.send(std::to_string(published_) + " sets");
   published_ = 0;
+  too_little_ = 0;
+}
+
+void MergeClouds::diagnoseCamera(std::size_t index, std::int64_t now_ns) {
+  Camera& camera = cameras_[index];
+  const double silent_s = static_cast<double>(assembler_.silentFor(index, now_ns)) * 1e-9;
+  if (!camera.heard) {
+    health_.warn(camera.topic + ": nothing heard yet, " + std::to_string(camera.subscriber.getNumPublishers()) +
+                 " publishers");
+  } else if (assembler_.isSilent(index, now_ns)) {
+    char text[64];
+    std::snprintf(text, sizeof(text), ": silent for %.1f s", silent_s);
+    health_.warn(camera.topic + text);
+  }
+  if (camera.dropped > 0) {
+    health_.warn(camera.topic + ": " + std::to_string(camera.dropped) + " clouds dropped: " + camera.last_fault);
+  } else if (camera.judged && !camera.view.sees) {
+    health_.warn(camera.topic + ": blind: " + percent(camera.view.share) + " of its points are finite, usually " +
+                 percent(camera.view.usual));
+  }
+  if (camera.absurd > 0) {
+    health_.warn(camera.topic + ": infinite or absurd points in " + std::to_string(camera.absurd) + " clouds");
+  }
+  health_.value(camera.topic + " silent for, s", silent_s);
+  health_.value(camera.topic + " dropped", camera.dropped);
+  health_.value(camera.topic + " too late for their set", camera.late);
+  health_.value(camera.topic + " view, share of finite points", camera.view.share);
+  camera.dropped = 0;
+  camera.late = 0;
+  camera.absurd = 0;
+  camera.judged = false;
 }
 
 }  // namespace yarm

@@ -19,10 +19,15 @@ void ThrottledWarning::operator()(const std::string& key, const std::string& tex
   ROS_WARN_STREAM(text);
 }
 
-HealthReport::HealthReport(const ros::NodeHandle& handle, const std::string& name)
-    : name_(name), sent_ns_(steadyNow()) {
+HealthReport::HealthReport(const ros::NodeHandle& handle, const std::string& name, const std::string& part)
+    : name_(name), part_(part), sent_ns_(steadyNow()) {
   ros::NodeHandle advertiser(handle);
   publisher_ = advertiser.advertise<diagnostic_msgs::DiagnosticArray>(names::DIAGNOSTICS, 10);
+}
+
+void HealthReport::error(const std::string& fault) {
+  faults_.push_back(fault);
+  failing_ = true;
 }
 
 bool HealthReport::due() const {
@@ -44,9 +49,11 @@ void HealthReport::value(const std::string& key, double value) {
 
 void HealthReport::send(const std::string& ok_text) {
   diagnostic_msgs::DiagnosticStatus status;
-  status.level = faults_.empty() ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
+  using diagnostic_msgs::DiagnosticStatus;
+  const auto worst = failing_ ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN;
+  status.level = faults_.empty() ? DiagnosticStatus::OK : worst;
   status.name = name_;
-  status.hardware_id = "perception";
+  status.hardware_id = part_;
   status.message = faults_.empty() ? ok_text : "";
   for (const std::string& fault : faults_) {
     status.message += (status.message.empty() ? "" : "; ") + fault;
@@ -57,6 +64,7 @@ void HealthReport::send(const std::string& ok_text) {
   array.status.push_back(std::move(status));
   publisher_.publish(array);
   faults_.clear();
+  failing_ = false;
   values_.clear();
   sent_ns_ = steadyNow();
 }

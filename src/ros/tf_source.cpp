@@ -1,6 +1,5 @@
 #include "yarm/ros/tf_source.hpp"
 
-#include "yarm/ros/conversions.hpp"
 #include "yarm/ros/executor.hpp"
 #include "yarm/ros/names.hpp"
 
@@ -23,26 +22,15 @@ std::shared_ptr<TfSource> TfSource::shared() {
   return source;
 }
 
-std::optional<Eigen::Isometry3d> TfSource::at(const std::string& frame, std::int64_t stamp_ns,
-                                              std::string* reason) const {
+Read<Eigen::Isometry3d> TfSource::at(const std::string& frame, std::int64_t stamp_ns) const {
   if (frame.empty() || !buffer_._frameExists(frame)) {
-    *reason = "frame '" + frame + "' is unknown to tf";
-    return std::nullopt;
+    return {Eigen::Isometry3d::Identity(), "frame '" + frame + "' is unknown to tf"};
   }
   try {
-    const auto stamped = buffer_.lookupTransform(names::WORLD_FRAME, frame, toTime(stamp_ns));
-    const Read<Eigen::Isometry3d> pose = readTransform(stamped.transform);
-    *reason = pose.reason;
-    return pose.ok() ? std::optional<Eigen::Isometry3d>(pose.value) : std::nullopt;
+    return readTransform(buffer_.lookupTransform(names::WORLD_FRAME, frame, toTime(stamp_ns)).transform);
   } catch (const tf2::TransformException& error) {
-    *reason = error.what();
-    return std::nullopt;
+    return {Eigen::Isometry3d::Identity(), error.what()};
   }
-}
-
-std::optional<Eigen::Isometry3d> TfSource::newest(const std::string& frame) const {
-  std::string reason;
-  return at(frame, 0, &reason);
 }
 
 }  // namespace yarm

@@ -1,8 +1,7 @@
-#include "yarm/ros/seed_buffer.hpp"
-
-#include "yarm/ros/clock.hpp"
+#include "yarm/sync/seed_buffer.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 
 namespace yarm {
@@ -10,6 +9,17 @@ namespace yarm {
 namespace {
 
 using perception::Seed;
+
+constexpr std::int64_t kKeepNs = 2'000'000'000;
+constexpr std::int64_t kMostBehindNs = 5'000'000'000;  // the clock: messages may have waited in a queue
+
+std::string faultText(std::int64_t stamp_ns, std::int64_t off_ns, const char* than, std::int64_t limit_ns) {
+  char text[160];
+  std::snprintf(text, sizeof(text), "its stamp %.3f s is %.3f s %s, at most %.1f s",
+                1e-9 * static_cast<double>(stamp_ns), 1e-9 * static_cast<double>(off_ns), than,
+                1e-9 * static_cast<double>(limit_ns));
+  return text;
+}
 
 // The seed at a time between two measurements; outside them, the nearer one.
 Seed between(const Seed& before, const Seed& after, std::int64_t stamp_ns) {
@@ -31,17 +41,51 @@ Seed between(const Seed& before, const Seed& after, std::int64_t stamp_ns) {
 
 }  // namespace
 
-void SeedBuffer::add(std::int64_t stamp_ns, std::vector<Seed> seeds) {
-  if (!ticks_.empty() && stamp_ns + kJumpBackNs < ticks_.back().stamp_ns) {
-    ticks_.clear();
-  }
-  if (!ticks_.empty() && stamp_ns <= ticks_.back().stamp_ns) {
+void SeedBuffer::noticeClock(std::int64_t now_ns) {
+  if (now_ns == 0) {
     return;
   }
+  if (clock_.wentBack(now_ns)) {
+    ticks_.clear();
+    if (early_ && stampFault(early_->stamp_ns, now_ns).empty()) {
+      ticks_.push_back(std::move(*early_));
+    }
+    early_.reset();
+  }
+  while (!ticks_.empty() && ticks_.back().stamp_ns - now_ns > most_ahead_ns_) {
+    ticks_.pop_back();  // came before the time was known
+  }
+}
+
+std::string SeedBuffer::stampFault(std::int64_t stamp_ns, std::int64_t now_ns) const {
+  if (now_ns > 0 && stamp_ns - now_ns > most_ahead_ns_) {
+    return faultText(stamp_ns, stamp_ns - now_ns, "ahead of the clock", most_ahead_ns_);
+  }
+  if (now_ns > 0 && now_ns - stamp_ns > kMostBehindNs) {
+    return faultText(stamp_ns, now_ns - stamp_ns, "behind the clock", kMostBehindNs);
+  }
+  if (!ticks_.empty() && ticks_.back().stamp_ns - stamp_ns > kJumpBackNs) {
+    return faultText(stamp_ns, ticks_.back().stamp_ns - stamp_ns, "behind the newest seeds", kJumpBackNs);
+  }
+  return "";
+}
+
+std::string SeedBuffer::add(std::int64_t stamp_ns, std::vector<Seed> seeds, std::int64_t now_ns) {
+  noticeClock(now_ns);
+  std::string fault = stampFault(stamp_ns, now_ns);
+  if (!fault.empty()) {
+    early_ = Tick{stamp_ns, std::move(seeds)};
+    return fault;
+  }
+  early_.reset();
+  if (!ticks_.empty() && stamp_ns <= ticks_.back().stamp_ns) {
+    return "";
+  }
   ticks_.push_back({stamp_ns, std::move(seeds)});
-  while (ticks_.front().stamp_ns + keep_ns_ < stamp_ns) {
+  while (ticks_.front().stamp_ns + kKeepNs < stamp_ns) {
     ticks_.pop_front();
   }
+  return "";
 }
 
 SeedLookup SeedBuffer::lookup(std::int64_t stamp_ns) const {

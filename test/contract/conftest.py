@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from yarm.geometry import GridSpec, Mask
-from yarm.planning.types import FleetPlan, Goal, PlanRequest, PlanStatus, Robot, RobotPlan, Waypoint
+from yarm.planning.model.types import (
+    FleetPlan,
+    Goal,
+    PlanRequest,
+    PlanStatus,
+    Robot,
+    RobotPlan,
+    Waypoint,
+    without_robots,
+)
 
 RobotSpec = Tuple[Tuple[int, int], Sequence[Tuple[int, int, int]]]
 
@@ -28,17 +37,17 @@ def make_request(
 ) -> PlanRequest:
     """A request: robots as column and cells relative to it, the goal column of each, and objects as cells."""
     spec = grid_spec(*shape)
-    grid = np.zeros(shape, dtype=np.int8)
+    occupied = np.zeros(shape, dtype=bool)
     objects = {name: np.array(cells, dtype=np.int64).reshape(-1, 3) for name, cells in (boxes or {}).items()}
     fleet: List[Robot] = []
     for name, (column, cells) in robots.items():
         fleet.append(Robot(name, column, yaw_rad, Mask.from_cells(np.array(cells), (0, 0), yaw_rad)))
-    for cells in [*objects.values(), *(robot.cells for robot in fleet)]:
-        inside = cells[spec.contains(cells)]
-        grid[tuple(inside.T)] += 1
+    for cells in objects.values():
+        occupied[tuple(cells[spec.contains(cells)].T)] = True
+    standing = without_robots(spec, occupied, fleet)
     wanted: Dict[str, Goal] = {f"goal_{n}": Goal(f"goal_{n}", "Target", column) for n, column in (goals or {}).items()}
     assigned = {name: f"goal_{name}" for name in (goals or {})}
-    return PlanRequest(spec, grid, tuple(fleet), wanted, assigned, objects, **more)
+    return PlanRequest(spec, standing, tuple(fleet), wanted, assigned, objects, **more)
 
 
 def step_plan(**steps: Optional[Tuple[Tuple[int, int], float]]) -> FleetPlan:

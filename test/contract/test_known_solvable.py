@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 import yaml
 
-from yarm.planning.bruteforce import touches
-from yarm.planning.checker import check_step
-from yarm.planning.instances import FAMILIES, make_instance
-from yarm.planning.oracle import Node, Shape, Space, pair_solvable, shortest_length
-from yarm.planning.params import PlannerParams
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import FleetPlan, Goal, PlanStatus, RobotPlan, Waypoint
 from yarm.planning.registry import make_planner
-from yarm.planning.scene_file import dump_scene, parse_scene
-from yarm.planning.stepping import step_to_end
-from yarm.planning.types import FleetPlan, Goal, PlanStatus, RobotPlan, Waypoint
+from yarm.planning.scenes.instances import FAMILIES, make_instance
+from yarm.planning.scenes.oracle import Node, Shape, Space, pair_solvable, shortest_length
+from yarm.planning.scenes.scene_file import dump_scene, parse_scene
+from yarm.planning.scenes.stepping import step_to_end
+from yarm.planning.verification.bruteforce import touches
+from yarm.planning.verification.checker import check_step
 
 COUNT = 5
 """Instances of each family here; test/system/test_planning_families.py has a hundred of each."""
@@ -71,12 +71,14 @@ def test_instances_repeat_and_begin_clear(family):
         space = Space(Shape(robot, first.scene.spec, ()), first.scene.occupied())
         assert space.free[0][robot.start.column]
     request = first.scene.request()
-    assert np.max(request.grid) == 1, "robots overlap nothing"
+    taken = np.concatenate([robot.cells for robot in request.robots])
+    assert len(np.unique(taken, axis=0)) == len(taken), "robots overlap no robot"
+    assert np.array_equal(request.occupied, first.scene.occupied()), "robots overlap nothing"
     assert set(first.scene.assignments) == {robot.name for robot in first.scene.robots}
 
 
 def test_unknown_family_and_too_many_robots_are_named(monkeypatch):
-    monkeypatch.setattr("yarm.planning.instances.TRIES", 3)
+    monkeypatch.setattr("yarm.planning.scenes.instances.TRIES", 3)
     with pytest.raises(KeyError):
         make_instance("moonwalk", 0)
     with pytest.raises(RuntimeError, match="30 robots"):
@@ -148,3 +150,6 @@ def test_refused_steps_are_not_made_and_are_reported():
     run = step_to_end(corridor(bay=True), Reckless(), np.random.default_rng(0))
     assert run.status is PlanStatus.TIMEOUT and run.steps == 0
     assert run.refused == len(run.ms) and "touch" in run.refusals[0] and "refused" in run.reason
+    heedless = step_to_end(corridor(bay=True), Reckless(), np.random.default_rng(0), heed_checker=False, most_steps=3)
+    assert heedless.steps > 0 and heedless.refused > 0
+    assert heedless.trails["a"][-1].column == (14, 2), "the refused step is made"

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from yarm.geometry import Mask
-from yarm.planning.checker import check_step
-from yarm.planning.params import PlannerParams
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import Goal, PlanStatus
 from yarm.planning.registry import PLANNER_NAMES, make_planner
-from yarm.planning.types import Goal, PlanStatus
+from yarm.planning.verification.checker import check_step
 
 POINT = [(0, 0, 0)]
 ELL = [(0, 0, 0), (-1, 0, 0), (-1, 1, 0)]
 NO_PATH = (PlanStatus.INFEASIBLE, PlanStatus.TIMEOUT)
 
 _NO_OMPL = pytest.mark.skipif(importlib.util.find_spec("ompl") is None, reason="the ompl wheel is not installed")
-PLANNERS = [pytest.param(n, marks=_NO_OMPL if n.startswith("ompl") else ()) for n in PLANNER_NAMES]
+NAMES = (*PLANNER_NAMES, *os.environ.get("YARM_PLANNERS", "").split())
+PLANNERS = [pytest.param(n, marks=_NO_OMPL if n.startswith("ompl") else ()) for n in NAMES]
 SAFE_PLANNERS = [p for p in PLANNERS if p.values[0] != "original"]
 
 
@@ -104,8 +106,8 @@ def test_wrong_shapes_are_answered_not_raised(request_of, name):
     good = request_of((8, 8, 2), {"a": ((1, 1), POINT)}, {"a": (5, 5)})
     robot = good.robots[0]
     wrong = [
-        replace(good, grid=np.zeros((8, 7, 2), dtype=np.int8)),
-        replace(good, grid=np.zeros((8, 8), dtype=np.int8)),
+        replace(good, occupied=np.zeros((8, 7, 2), dtype=bool)),
+        replace(good, occupied=np.zeros((8, 8), dtype=bool)),
         replace(good, forbidden=np.zeros((7, 8), dtype=bool)),
         replace(good, robots=(replace(robot, mask=Mask(np.zeros((0, 3), dtype=np.int64))),)),
         replace(good, robots=(replace(robot, mask=Mask(np.zeros((4, 2), dtype=np.int64))),)),

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from yarm.geometry import GridSpec, Mask
-from yarm.planning.bruteforce import touches
-from yarm.planning.checker import check_step, chessboard_clearance, robotless_map, sweep_of
-from yarm.planning.shapes import ankurbot_mask
-from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, Robot, RobotPlan, Waypoint
+from yarm.planning.model.types import FleetPlan, PlanRequest, PlanStatus, Robot, RobotPlan, Waypoint, without_robots
+from yarm.planning.verification.bruteforce import touches
+from yarm.planning.verification.checker import check_step, chessboard_clearance, robotless_map, sweep_of
+from yarm.robots.ankurbot import ankurbot_mask
 
 POINT = [(0, 0, 0)]
 BAR = [(0, 0, 0), (-1, 0, 0), (-2, 0, 0), (-3, 0, 0)]
@@ -113,6 +113,16 @@ def test_border_of_the_volume(request_of, plan_of):
     assert not check_step(request, plan_of(a=((2, 5), 0.0))).safe
 
 
+def test_cells_outside_the_grid_count_as_beside_an_obstacle_too(request_of, plan_of):
+    """The cell at (-1, 5) is beside the crate already, so it may come in past it; nobody may come in upon it."""
+    two = [(0, 0, 0), (-3, 0, 0)]
+    request = request_of((12, 12, 2), {"a": ((2, 5), two)}, boxes={"crate": [(0, 4, 0)]})
+    assert check_step(request, plan_of(a=((4, 5), 0.0))).safe
+    assert not check_step(request, plan_of(a=((4, 4), 0.0))).safe, "touches it"
+    further = request_of((12, 12, 2), {"a": ((2, 6), two)}, boxes={"crate": [(0, 4, 0)]})
+    assert not check_step(further, plan_of(a=((4, 5), 0.0))).safe, "beside it only on the way"
+
+
 def test_robot_partly_outside_may_only_move_inward(request_of, plan_of):
     request = request_of((10, 10, 1), {"a": ((2, 5), BAR)})
     assert check_step(request, plan_of(a=((5, 5), 0.0))).safe
@@ -162,7 +172,7 @@ def test_clearance_counts_free_cells(request_of):
 def test_ankurbot_turn_covers_the_robot_at_every_angle():
     spec = GridSpec()
     robot = Robot("a", (30, 25), 0.0, ankurbot_mask(spec, 0.0))
-    request = PlanRequest(spec, np.zeros(spec.shape, dtype=np.int8), (robot,), {}, {})
+    request = PlanRequest(spec, np.zeros(spec.shape, dtype=bool), (robot,), {}, {})
     swept = {tuple(c) for c in sweep_of(request, robot, Waypoint((30, 25), QUARTER)).cells}
     for angle in np.linspace(0.0, QUARTER, 46):
         assert {tuple(c) for c in ankurbot_mask(spec, float(angle)).at((30, 25))} <= swept
@@ -188,10 +198,10 @@ cell = st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(0, 1))
 def test_brute_force_finds_nothing_in_a_step_called_safe(mask, boxes, start, end, turn_deg):
     spec = GridSpec((14, 14, 2), (0.0, 0.0, 0.0), (1.4, 1.4, 0.2))
     robot = Robot("a", start, 0.3, Mask.from_cells(np.array(mask), (0, 0), 0.3))
-    grid = np.zeros(spec.shape, dtype=np.int8)
+    occupied = np.zeros(spec.shape, dtype=bool)
     for box in boxes:
-        grid[box] = 1
-    request = PlanRequest(spec, grid, (robot,), {}, {})
+        occupied[box] = True
+    request = PlanRequest(spec, without_robots(spec, occupied, (robot,)), (robot,), {}, {})
     step = Waypoint(end, 0.3 + math.radians(turn_deg))
     plan = FleetPlan(PlanStatus.SOLVED, "", {"a": RobotPlan("a", "", PlanStatus.SOLVED, step=step)})
     verdict = check_step(request, plan)

@@ -8,7 +8,7 @@ import pytest
 
 from support.launched import DEVEL, run
 
-NAMES = sorted(path.stem for path in Path(__file__).parent.glob("*_test.cpp"))
+NAMES = sorted(path.stem for path in Path(__file__).parent.rglob("*_test.cpp"))
 LIMIT_S = 600.0
 
 

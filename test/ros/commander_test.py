@@ -7,52 +7,42 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
-import unittest
-import xmlrpc.client
+from pathlib import Path
 
 import rosnode
 import rospy
 import rostest
-from yarm.msg import CommanderStatus, Contacts, MapMetaData, ObjectRegistry
-from yarm.srv import SpawnObstacles, SpawnObstaclesRequest, StateChange, StateChangeRequest
+from geometry_msgs.msg import TransformStamped
+from rosgraph_msgs.msg import Log
+from tf2_msgs.msg import TFMessage
+from yarm.msg import (
+    CommanderStatus,
+    MapMetaData,
+    ObjectRegistry,
+    RegisteredObject,
+    SafetyStatus,
+    TransformStampedVector,
+)
+from yarm.srv import SpawnObstaclesRequest
 
-from yarm.ros import names
+from yarm.ros.common import names
 
-LIMIT_S = 90.0
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.commander_driver import CommanderDriver
+
 FAR = (-1.9, 1.65)
 
 
-class CommanderTest(unittest.TestCase):
+class CommanderTest(CommanderDriver):
     """The tests build on each other, in the order of their names."""
 
     @classmethod
     def setUpClass(cls):
-        cls.condition = threading.Condition()
-        cls.status, cls.failures = CommanderStatus(), []
-        cls.reasons, cls.in_map, cls.registry = set(), [], ObjectRegistry()
-        rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, cls.on_status, queue_size=100)
-        rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
+        super().setUpClass()
+        cls.in_map, cls.registry = [], ObjectRegistry()
         rospy.Subscriber(names.PLANNING_METADATA, MapMetaData, cls.on_map, queue_size=1, buff_size=1 << 22)
         rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, cls.on_registry, queue_size=10)
-        for service in (names.COMMANDER_STATE, names.SPAWN_OBSTACLES, names.DELETE_OBSTACLES):
-            rospy.wait_for_service(service, timeout=60.0)
-        cls.change = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
-        cls.spawn = rospy.ServiceProxy(names.SPAWN_OBSTACLES, SpawnObstacles)
-        cls.delete = rospy.ServiceProxy(names.DELETE_OBSTACLES, SpawnObstacles)
-
-    @classmethod
-    def on_status(cls, message):
-        with cls.condition:
-            cls.status = message
-            cls.reasons |= {message.reason} | {task.reason for task in message.tasks}
-            cls.condition.notify_all()
-
-    @classmethod
-    def on_contacts(cls, message):
-        with cls.condition:
-            cls.failures += [f"{c.body_a} / {c.body_b}" for c in message.contacts if c.kind == "failure"]
 
     @classmethod
     def on_map(cls, message):
@@ -63,32 +53,6 @@ class CommanderTest(unittest.TestCase):
     def on_registry(cls, message):
         with cls.condition:
             cls.registry = message
-
-    def tearDown(self):
-        with self.condition:
-            self.assertEqual(self.failures, [])
-
-    def wait(self, ready, what, limit_s=LIMIT_S):
-        deadline = time.monotonic() + limit_s
-        with self.condition:
-            while not ready():
-                left = deadline - time.monotonic()
-                self.assertGreater(left, 0.0, f"no {what} within {limit_s} s: {self.status}; reasons: {self.reasons}")
-                self.condition.wait(min(left, 0.5))
-
-    def ask(self, **fields):
-        with self.condition:
-            self.reasons.clear()
-        return self.change(StateChangeRequest(**fields))
-
-    def enter(self, state, **fields):
-        answer = self.ask(**fields)
-        self.assertTrue(answer.success, answer.message)
-        self.wait(lambda: self.status.state == state, f"state {state}")
-
-    def ended(self, outcome="succeeded"):
-        self.wait(lambda: not self.status.busy and self.status.outcome != "", "end of the work")
-        self.assertEqual(self.status.outcome, outcome, self.status)
 
     def put(self, name, kind, x, y, z=0.89, shape=()):
         answer = self.spawn(SpawnObstaclesRequest(name=name, type=kind, x=x, y=y, z=z, shape=list(shape)))
@@ -112,19 +76,18 @@ class CommanderTest(unittest.TestCase):
         """A new target, and the robot on its way to it."""
         self.wait(lambda: not self.status.busy, "end of what went before")
         self.put(name, "Target", *at)
-        fields = {"current_state": True} if self.status.state == 5 else {"jump_state": 5}
-        self.enter(CommanderStatus.BOUNDLESS, **fields)
+        self.begin_mission()
         self.wait(self.moving, "robot on its way")
 
     def test_1_refusals_name_the_state_and_what_it_accepts(self):
-        for fields in ({}, {"next_state": True, "jump_state": 4}):
-            answer = self.ask(**fields)
-            self.assertFalse(answer.success)
-            self.assertIn("exactly one field", answer.message)
-            self.assertIn("IDLE accepts", answer.message)
+        answer = self.ask(next_state=True, jump_state=4)
+        self.assertFalse(answer.success)
+        self.assertIn("exactly one field", answer.message)
+        self.assertIn("IDLE accepts", answer.message)
 
     def test_2_main_path(self):
-        self.enter(CommanderStatus.STARTED, current_state=True)
+        self.enter(CommanderStatus.STARTED)
+        self.assertIn("exactly one field must be set, but set were: none", self.ask().message)
         answer = self.ask(jump_state=5)
         self.assertFalse(answer.success)
         self.assertIn("STARTED accepts: current_state (-> STARTED), next_state (-> CALIBRATION)", answer.message)
@@ -141,25 +104,56 @@ class CommanderTest(unittest.TestCase):
         self.enter(CommanderStatus.MENU, previous_state=True)
         self.wait(lambda: not self.status.busy, "stop")
         self.assertEqual(self.status.outcome, "stopped")
-        self.assertIn("reached", self.cli("run", "--mode", "boundless"))
-        self.assertIn("BOUNDLESS", self.cli("status"))
+        self.assertIn("reached", self.done("run", "--mode", "boundless"))
+        self.assertIn("BOUNDLESS", self.done("status"))
 
     def test_4_a_thing_dropped_on_the_path_is_driven_round_or_waited_for(self):
         self.go("target_3", FAR)
         self.put("box_1", "Unregistered", -0.95, 1.65, 0.9, (0.1, 0.3, 0.3))
         self.wait(lambda: self.said("way")() or self.said("cannot")() or not self.status.busy, "word on the box")
         self.assertNotIn("box_1", [entry.name for entry in self.registry.entries])
-        self.assertTrue(any(name.startswith("unknown") for name in self.in_map), self.in_map)
+        self.wait(lambda: any(name.startswith("unknown") for name in self.in_map), "box_1 as unknown in the map")
         self.take_away("box_1")
         self.ended()
 
     def test_5_a_goal_that_becomes_unreachable_is_named_and_served_when_it_is_free(self):
         self.go("target_4", (0.65, 1.65))
         self.put("box_2", "Obstacle", 0.65, 1.65, 1.0, (0.5, 0.5, 0.2))
-        self.wait(lambda: "target_4" in self.unreachable(), "target_4 unreachable")
-        with self.condition:
-            self.assertIn("box_2", self.unreachable()["target_4"])
+        self.wait(lambda: "box_2" in self.unreachable().get("target_4", ""), "target_4 unreachable for box_2")
         self.take_away("box_2")
+        self.ended()
+
+    def test_5_messages_of_a_stranger_are_refused_by_name_and_the_mission_goes_on(self):
+        wrong = faulty_messages()
+        strangers = [(rospy.Publisher(topic, type(m), queue_size=10), topic, m) for topic, m in wrong]
+        self.go("target_8", (-0.65, 1.65))
+        refused = set()
+        rospy.Subscriber("/rosout", Log, lambda m: refused.update({(m.name, m.msg.split(" refused: ")[0])}))
+        me = rospy.get_name().strip("/")
+        expected = {
+            (f"/{node}", f"{topic} of {me}")
+            for node, topics in {
+                "commander": (names.PLANNING_METADATA, names.OBJECT_REGISTRY, names.SAFETY_STATUS),
+                "safety_monitor": ("/tf", names.PLANNING_METADATA),
+                "multi_robot_controls_server": (names.SEED_TRANSFORMS,),
+            }.items()
+            for topic in topics
+        }
+        deadline = time.monotonic() + self.LIMIT_S
+        while not expected <= refused and time.monotonic() < deadline:
+            for publisher, topic, message in strangers:
+                now = rospy.Time.now()
+                if topic == "/tf":
+                    message.transforms[0].header.stamp = now
+                elif topic == names.SEED_TRANSFORMS:
+                    message.header.stamp = message.transforms[0].header.stamp = now
+                elif message.header.stamp != rospy.Time():
+                    message.header.stamp = now + rospy.Duration(3600.0)
+                publisher.publish(message)
+            time.sleep(0.05)
+        self.assertEqual(expected - refused, set())
+        for publisher, _, _ in strangers:
+            publisher.unregister()
         self.ended()
 
     def test_6_a_robot_that_does_not_move(self):
@@ -173,7 +167,7 @@ class CommanderTest(unittest.TestCase):
     def test_8_a_lost_action_server_and_back(self):
         self.go("target_7", FAR)
         rosnode.kill_nodes(["/multi_robot_controls_server"])
-        self.wait(self.said("the action server of ankurbot_1 is lost"), "fault", 30.0)
+        self.wait(self.said("the action server of ankurbot_1 is lost"), "fault")
         again = subprocess.Popen(
             [sys.executable, os.path.join(os.environ["YARM_ROOT"], "scripts", "multi_robot_controls_server")]
         )
@@ -183,30 +177,46 @@ class CommanderTest(unittest.TestCase):
             self.ended()
         finally:
             again.terminate()
-            again.wait(20.0)
-        self.enter(CommanderStatus.IDLE, next_state=True)
+            again.wait(60.0)
+        self.enter(CommanderStatus.IDLE)
 
-    def cli(self, *arguments):
+    def done(self, *arguments):
         """What commander_cli prints; its exit code must be 0."""
-        script = os.path.join(os.environ["YARM_ROOT"], "scripts", "commander_cli")
-        command = [sys.executable, script, *arguments, "--timeout", str(LIMIT_S)]
-        done = subprocess.run(command, timeout=LIMIT_S + 30.0, check=False, capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        return done.stdout
+        code, said = self.cli(*arguments, timeout_s=self.LIMIT_S)
+        self.assertEqual(code, 0, said)
+        return said
 
     def freeze(self, node, words):
         """Hold a node until the Commander says so in these words; then the mission must go on to its end."""
         pid = self.pid_of(node)
         os.kill(pid, signal.SIGSTOP)
         try:
-            self.wait(self.said(words), "fault", 60.0)
+            self.wait(self.said(words), "fault")
         finally:
             os.kill(pid, signal.SIGCONT)
         self.ended()
 
-    def pid_of(self, node):
-        uri = rospy.get_master().lookupNode("/" + node)[2]
-        return xmlrpc.client.ServerProxy(uri).getPid("/commander_test")[2]
+
+def faulty_messages():
+    """Messages nobody should act on, by topic; those with a stamp are sent with one of the future."""
+    small = MapMetaData(gx=50, gy=50, gz=20, grid=[0] * 10)
+    small.xmin, small.xmax, small.ymin, small.ymax, small.zmin, small.zmax = -2.5, 2.5, -2.5, 2.5, 0.01, 1.3
+    future = MapMetaData(gx=50, gy=50, gz=20, grid=[0] * 50000)
+    future.xmin, future.xmax, future.ymin, future.ymax, future.zmin, future.zmax = -2.5, 2.5, -2.5, 2.5, 0.01, 1.3
+    future.header.stamp = rospy.Time(1)
+    zero = TransformStamped(child_frame_id=names.ee_frame("ankurbot_1"))
+    zero.header.frame_id = names.WORLD_FRAME
+    status = SafetyStatus()
+    status.header.stamp = rospy.Time(1)
+    seeds = TransformStampedVector(transforms=[zero], type=["dynamic"], frame=["ankurbot_1"], object=["Mobile"])
+    return [
+        (names.PLANNING_METADATA, small),
+        (names.PLANNING_METADATA, future),
+        (names.OBJECT_REGISTRY, ObjectRegistry(entries=[RegisteredObject(name="x", object="Alien")])),
+        (names.SAFETY_STATUS, status),
+        (names.SEED_TRANSFORMS, seeds),
+        ("/tf", TFMessage(transforms=[zero])),
+    ]
 
 
 if __name__ == "__main__":

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import unittest
+from pathlib import Path
 from typing import List, Tuple
 
 import numpy as np
@@ -18,9 +20,12 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, TransformStampedVector
 
-from yarm.control.base_model import path_deviation
+from yarm.control.base.model import path_deviation
 from yarm.geometry.poses import Pose2, quaternion_from_rpy, rotation_of_quaternion, wrap_angle, yaw_of_quaternion
-from yarm.ros import names
+from yarm.ros.common import names
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.participant import Participant
 
 ROBOT = "ankurbot_1"
 CAP_MPS = 1.0
@@ -39,24 +44,27 @@ class PhysicsTest(unittest.TestCase):
         cls.moved_wheels: List[float] = []
         cls.wheel_heights: List[List[float]] = []
         cls.failures: List[str] = []
+        cls.participant = Participant()
         rospy.Subscriber(names.SEED_TRANSFORMS, TransformStampedVector, cls.on_seeds, queue_size=1000)
         rospy.Subscriber(names.cmd_vel(ROBOT), Twist, cls.on_twist, queue_size=1000)
         rospy.Subscriber(names.joint_states(ROBOT), JointState, cls.on_joints, queue_size=1000)
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
         rospy.Subscriber("/tf", TFMessage, cls.on_tf, queue_size=1000)
         cls.client = SimpleActionClient(names.move_robot(ROBOT), MoveRobotAction)
+        cls.participant.wait_for_begin()
         assert cls.client.wait_for_server(rospy.Duration(60.0))
 
     @classmethod
     def on_seeds(cls, message: TransformStampedVector) -> None:
-        if ROBOT not in message.frame:
-            return
-        transform = message.transforms[message.frame.index(ROBOT)]
-        t, q = transform.transform.translation, transform.transform.rotation
-        with cls.condition:
-            pose = Pose2(t.x, t.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
-            cls.track.append((transform.header.stamp.to_sec(), pose))
-            cls.condition.notify_all()
+        """Keep the pose; the next camera set comes when the test has it."""
+        if ROBOT in message.frame:
+            transform = message.transforms[message.frame.index(ROBOT)]
+            t, q = transform.transform.translation, transform.transform.rotation
+            with cls.condition:
+                pose = Pose2(t.x, t.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
+                cls.track.append((transform.header.stamp.to_sec(), pose))
+                cls.condition.notify_all()
+        cls.participant.took(message.header.stamp)
 
     @classmethod
     def on_twist(cls, message: Twist) -> None:
@@ -102,8 +110,9 @@ class PhysicsTest(unittest.TestCase):
         goal.target.position.x, goal.target.position.y, goal.target.position.z = target.x, target.y, 0.89
         q = goal.target.orientation
         q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, target.yaw_rad)
-        self.client.send_goal(goal)
-        return len(self.track)
+        first = len(self.track)
+        self.participant.ask(lambda: self.client.send_goal(goal))
+        return first
 
     def drive(self, target: Pose2, action: str = "False") -> List[Tuple[float, Pose2]]:
         """Reach a pose; the track on the way."""
@@ -158,11 +167,12 @@ class PhysicsTest(unittest.TestCase):
             )
         self.assertTrue(moving, "never at full speed")
         cancelled_s, at = self.track[-1]
-        self.client.cancel_goal()
+        self.participant.ask(self.client.cancel_goal)
         self.client.wait_for_result(rospy.Duration(10.0))
         self.assertEqual(self.client.get_state(), GoalStatus.PREEMPTED)
         with self.condition:
-            self.condition.wait_for(lambda: self.track[-1][0] > cancelled_s + 1.0, timeout=60.0)
+            stood = self.condition.wait_for(lambda: self.track[-1][0] > cancelled_s + 1.0, timeout=60.0)
+            self.assertTrue(stood, "no poses after the cancel")
             after = [(stamp, pose) for stamp, pose in self.track if stamp >= cancelled_s]
         last_moving = max((b[0] for b, speed in zip(after[1:], speeds(after)) if speed > 0.02), default=cancelled_s)
         rospy.loginfo("stopped %.3f s and %.3f m after cancel", last_moving - cancelled_s, at.distance(after[-1][1]))

@@ -2,7 +2,10 @@
 """A kinematic stand-in for simulator and perception: two bases, their seeds, caster angles and the clock.
 
 ``standin/event`` (String) misbehaves on demand: "silent", "talk", "freeze NAME", "thaw NAME", "remove NAME",
-"add NAME", "restart" (time begins at 0 again).
+"add NAME", "restart" (time begins at 0 again, with everybody at rest).
+
+Time does not run ahead of a controls server that a busy machine keeps waiting: whoever moves is given COMMAND_WAIT_S of
+wall time at each tick for the command that the tick's seed brings.
 """
 
 from __future__ import annotations
@@ -20,12 +23,13 @@ from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import Float64, String
 from yarm.msg import ObjectRegistry, RegisteredObject, TransformStampedVector
 
-from yarm.control.base_controller import BaseCommand
-from yarm.control.base_model import BaseModel
+from yarm.control.base.controller import BaseCommand
+from yarm.control.base.model import BaseModel
 from yarm.geometry.poses import Pose2, quaternion_from_rpy
-from yarm.ros import names
+from yarm.ros.common import names
 
 TICK_S = 1.0 / 60.0
+COMMAND_WAIT_S = 1.0
 STARTS = {"ankurbot_1": Pose2(1.0, 1.5, math.pi), "ankurbot_2": Pose2(-1.0, -1.5, 0.0)}
 
 
@@ -40,7 +44,8 @@ class StandIn:
         self.removed: Set[str] = set()
         self.silent = False
         self.tick = 0
-        self.lock = threading.Lock()
+        self.lock = threading.Condition()
+        self.awaited: Set[str] = set()
         self.clock = rospy.Publisher("/clock", Clock, queue_size=10)
         self.seeds = rospy.Publisher(names.SEED_TRANSFORMS, TransformStampedVector, queue_size=10)
         self.registry = rospy.Publisher(names.OBJECT_REGISTRY, ObjectRegistry, queue_size=1, latch=True)
@@ -55,6 +60,8 @@ class StandIn:
     def on_twist(self, message: Twist, name: str) -> None:
         with self.lock:
             self.twists[name] = message
+            self.awaited.discard(name)
+            self.lock.notify_all()
 
     def on_caster(self, message: Float64, which: tuple) -> None:
         with self.lock:
@@ -67,12 +74,19 @@ class StandIn:
                 self.silent = words[0] == "silent"
             elif words[0] == "restart":
                 self.tick = 0
+                self.twists = {name: Twist() for name in STARTS}
             else:
                 group = self.frozen if words[0] in ("freeze", "thaw") else self.removed
                 (group.add if words[0] in ("freeze", "remove") else group.discard)(words[1])
 
+    def moving(self) -> Set[str]:
+        """Robots that move and have just been told where they are: each gets a new command for it."""
+        seen = set() if self.silent else set(STARTS) - self.removed
+        return {name for name in seen if self.twists[name].linear.x or self.twists[name].angular.z}
+
     def step(self) -> None:
         with self.lock:
+            self.lock.wait_for(lambda: not self.awaited, timeout=COMMAND_WAIT_S)
             self.tick += 1
             now = rospy.Time.from_sec(self.tick * TICK_S)
             for name, model in self.models.items():
@@ -85,6 +99,7 @@ class StandIn:
                 joints = JointState(name=[f"{c}_caster_joint" for c in names.CASTERS], position=list(model.casters))
                 joints.header.stamp = now
                 self.joints[name].publish(joints)
+            self.awaited = self.moving()
             if not self.silent:
                 self.seeds.publish(self.seed_message(now))
 

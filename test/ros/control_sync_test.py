@@ -20,12 +20,12 @@ from tf2_msgs.msg import TFMessage
 from yarm.msg import MoveRobotActionGoal, MoveRobotActionResult, StepAck
 
 from yarm.geometry.poses import quaternion_from_rpy
-from yarm.ros import names
+from yarm.ros.common import names
 
 LAUNCH = Path(__file__).with_name("control_sync_cell.launch")
 LOCK_STEP_S = 60.0
 SETS = 480
-WALL_LIMIT_S = 250.0
+WALL_LIMIT_S = 400.0
 ROBOT, ARM = "ankurbot_1", "hc10_barc"
 
 

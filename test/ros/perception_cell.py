@@ -11,16 +11,17 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Pose, TransformStamped
 from rosgraph_msgs.msg import Clock
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField
 from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import Int8
 from tf2_msgs.msg import TFMessage
 from yarm.msg import MapMetaData, ObjectRegistry, RegisteredObject
 
-from yarm.ros import names
+from yarm.ros.common import names
 
 SET_S = 1.0 / 30.0
-LIMIT_S = 20.0
+LIMIT_S = 60.0
 SIDE_PX = 72
 PLACES = {1: (3.0, 0.0, 2.0), 2: (0.0, 3.0, 2.0), 3: (0.0, -3.0, 2.0), 4: (-3.0, 0.0, 2.0)}
 CAMERAS = tuple(PLACES)
@@ -53,26 +54,15 @@ def optical_pose(place: Sequence[float]) -> np.ndarray:
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:
     """Quaternion (x, y, z, w) of a rotation matrix."""
-    k = np.array(
-        [
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-            1.0 + np.trace(rotation),
-        ]
-    )
-    if k[3] < 1e-6:
-        axis = np.sqrt(np.maximum((np.diag(rotation) + 1.0) / 2.0, 0.0))
-        k = np.append(axis, 0.0)
-    return k / np.linalg.norm(k)
+    return Rotation.from_matrix(rotation).as_quat()
 
 
 def box_points(centre: Sequence[float], size: Sequence[float], pitch: float = 0.05) -> np.ndarray:
-    """Points (n, 3) on the top and the sides of an upright box, metres."""
+    """Points (n, 3) on the top and the sides of an upright box, at most ``pitch`` apart, metres."""
     lo, hi = np.array(centre) - np.array(size) / 2, np.array(centre) + np.array(size) / 2
-    axes = [np.arange(a, b + pitch / 2, pitch) for a, b in zip(lo, hi)]
+    axes = [np.linspace(a, b, 1 + int(np.ceil((b - a) / pitch - 1e-9))) for a, b in zip(lo, hi)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
-    skin = (grid[:, 2] > hi[2] - pitch) | np.any((grid[:, :2] < lo[:2] + 1e-6) | (grid[:, :2] > hi[:2] - pitch), axis=1)
+    skin = (grid[:, 2] == hi[2]) | np.any((grid[:, :2] == lo[:2]) | (grid[:, :2] == hi[:2]), axis=1)
     return grid[skin & (grid[:, 2] > 0.15)]
 
 
@@ -133,9 +123,14 @@ class Cell:
         self.now_s = 10.0
         self.things: Dict[str, Thing] = {}
         self.extra = np.empty((0, 3))
+        self.seen_by: Dict[int, np.ndarray] = {}
         self.tf_on = True
         self.metadata: List[MapMetaData] = []
         self.health: Dict[str, str] = {}
+        self.levels: Dict[str, int] = {}
+        self.values: Dict[str, Dict[str, str]] = {}
+        self.said_s: Dict[str, float] = {}
+        self.said: Dict[str, List[str]] = {}
         self._lock = threading.Lock()
         self.poses = {camera: optical_pose(np.array(place)) for camera, place in PLACES.items()}
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
@@ -147,14 +142,33 @@ class Cell:
         rospy.Subscriber(names.PLANNING_METADATA, MapMetaData, self._on_metadata, queue_size=100)
         rospy.Subscriber(names.DIAGNOSTICS, DiagnosticArray, self._on_diagnostics, queue_size=100)
 
-    def wait_for_nodes(self) -> None:
-        """Until perception and the seed publisher have joined."""
-        for publisher in [self._tf, self._registry, self._switch, *self._clouds.values()]:
-            wait_for(lambda p=publisher: p.get_num_connections() > 0, f"a subscriber to {publisher.name}", 60.0)
+    def forget_health(self) -> None:
+        """Only what is said from now on counts."""
+        with self._lock:
+            self.health.clear()
+            self.said.clear()
 
-    def place_cameras(self, cameras: Sequence[int]) -> None:
-        """Publish the fixed frames of these cameras."""
-        frames = [stamped(names.camera_optical_frame(c), self.poses[c], rospy.Time(0)) for c in cameras]
+    def said_that(self, node: str, condition: Callable[[str], bool]) -> Optional[str]:
+        """What a node's health was that meets a condition, since it was forgotten: by now it may be another."""
+        with self._lock:
+            return next((text for text in self.said.get(node, ()) if condition(text)), None)
+
+    def has_said(self, node: str, *parts: str) -> bool:
+        """Whether a node's health has had all these parts at once since it was forgotten."""
+        return self.said_that(node, lambda text: all(part in text for part in parts)) is not None
+
+    def wait_for_nodes(self) -> None:
+        """Until perception and the seed publisher, which hears of frames and objects too, have joined."""
+        joined = {self._tf: 2, self._registry: 2, self._switch: 1, **dict.fromkeys(self._clouds.values(), 1)}
+        for publisher, count in joined.items():
+            wait_for(
+                lambda p=publisher, n=count: p.get_num_connections() >= n, f"{count} subscribers to {publisher.name}"
+            )
+
+    def place_cameras(self, cameras: Sequence[int], told: Optional[Dict[int, np.ndarray]] = None) -> None:
+        """Publish the fixed frames of these cameras. ``told``: poses (4, 4) by camera that are not where it is."""
+        poses = {**self.poses, **(told or {})}
+        frames = [stamped(names.camera_optical_frame(c), poses[c], rospy.Time(0)) for c in cameras]
         self._tf_static.publish(TFMessage(frames))
 
     def register(self, *things: Thing) -> None:
@@ -167,15 +181,19 @@ class Cell:
         self._switch.publish(Int8(int(running)))
 
     def cloud(self, camera: int, stamp: rospy.Time) -> PointCloud2:
-        """What a camera sees: every camera sees every point."""
+        """What a camera sees: every camera sees every point, but those that ``seen_by`` gives to it alone."""
         parts = [box_points(thing.centre, thing.size) for thing in self.things.values() if thing.kind != "Target"]
-        points = np.concatenate([*parts, self.extra]) if parts else self.extra
+        points = np.concatenate([*parts, self.extra, self.seen_by.get(camera, np.empty((0, 3)))])
         pose = self.poses[camera]
         return cloud_message((points - pose[:3, 3]) @ pose[:3, :3], names.camera_optical_frame(camera), stamp)
 
     def tick(self) -> rospy.Time:
-        """Time goes on by one camera set: clock and frames."""
-        self.now_s += SET_S
+        """Time goes on by one camera set."""
+        return self.tick_to(self.now_s + SET_S)
+
+    def tick_to(self, now_s: float) -> rospy.Time:
+        """Time goes on to a moment: clock and frames."""
+        self.now_s = now_s
         stamp = rospy.Time.from_sec(self.now_s)
         self._clock.publish(Clock(stamp))
         if self.tf_on and self.things:
@@ -188,15 +206,32 @@ class Cell:
 
     def step(self, only: Sequence[int] = CAMERAS, **spoil: Callable[[PointCloud2], None]) -> MapMetaData:
         """One camera set and the metadata it gives. ``spoil``: camera_<n> = what to do to that camera's message."""
-        stamp = self.tick()
-        for camera in only:
-            message = self.cloud(camera, stamp)
-            spoil.get(f"camera_{camera}", lambda _: None)(message)
-            self.send(camera, message)
+        stamp = self.send_set(only, **spoil)
         wait_for(lambda: self.find(stamp) is not None, f"metadata of {stamp.to_sec():.3f}")
         found = self.find(stamp)
         assert found is not None
         return found
+
+    def step_until(self, condition: Callable[[MapMetaData], bool], what: str) -> MapMetaData:
+        """Camera sets until the metadata are as wanted; these."""
+        found: List[MapMetaData] = []
+
+        def as_wanted() -> bool:
+            found[:] = [self.step()]
+            return condition(found[0])
+
+        wait_for(as_wanted, what)
+        return found[0]
+
+    def send_set(self, only: Sequence[int] = CAMERAS, **spoil: Callable[[PointCloud2], None]) -> rospy.Time:
+        """One camera set, not waiting for what it gives; its stamp."""
+        stamp = self.tick()
+        messages = {camera: self.cloud(camera, stamp) for camera in only}
+        for camera, message in messages.items():
+            spoil.get(f"camera_{camera}", lambda _: None)(message)
+        for camera, message in messages.items():  # a set waits for its cameras on wall time: one right after the other
+            self.send(camera, message)
+        return stamp
 
     def find(self, stamp: rospy.Time) -> Optional[MapMetaData]:
         """The metadata of a stamp, if it has come."""
@@ -205,16 +240,20 @@ class Cell:
 
     def wait_for_health(self, condition: Callable[[str], bool], node: str, what: str, keep_going: bool = True) -> str:
         """Step on until a node's diagnostics say something; gives the message."""
-        with self._lock:
-            self.health.clear()
+        self.forget_health()
         end = time.monotonic() + LIMIT_S
-        while not condition(self.health.get(node, "")):
+        while (found := self.said_that(node, condition)) is None:
             if time.monotonic() > end:
                 raise AssertionError(f"{node} never said {what}; last: {self.health.get(node)!r}")
             if keep_going:
                 self.step()
             time.sleep(0.01)
-        return self.health[node]
+        return found
+
+    def metadata_since(self, count: int) -> List[MapMetaData]:
+        """The metadata that came after the first ``count``."""
+        with self._lock:
+            return self.metadata[count:]
 
     def _on_metadata(self, message: MapMetaData) -> None:
         with self._lock:
@@ -224,3 +263,7 @@ class Cell:
         with self._lock:
             for status in message.status:
                 self.health[status.name] = status.message
+                self.levels[status.name] = status.level
+                self.values[status.name] = {pair.key: pair.value for pair in status.values}
+                self.said_s[status.name] = message.header.stamp.to_sec()
+                self.said.setdefault(status.name, []).append(status.message)

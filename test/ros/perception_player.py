@@ -7,6 +7,7 @@ import time
 from typing import Callable, Dict, List, Sequence
 
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
@@ -15,8 +16,8 @@ from tf2_msgs.msg import TFMessage
 from yarm.msg import MapMetaData, ObjectRegistry, TransformStampedVector
 
 from support import golden
-from yarm.ros import names
-from yarm.ros.simulation_clouds import RawCloud
+from yarm.ros.common import names
+from yarm.ros.simulation.clouds import RawCloud
 
 LIMIT_S = 60.0
 
@@ -44,12 +45,21 @@ class Listener:
         self._lock = threading.Lock()
         self._metadata: Dict[int, MapMetaData] = {}
         self._seeds = 0
+        self._association: Dict[str, str] = {}
         rospy.Subscriber(prefix + names.PLANNING_METADATA, MapMetaData, self._on_metadata, queue_size=100)
         rospy.Subscriber(prefix + names.SEED_TRANSFORMS, TransformStampedVector, self._on_seeds, queue_size=100)
+        rospy.Subscriber(names.DIAGNOSTICS, DiagnosticArray, self._on_diagnostics, queue_size=100)
 
     def ready(self) -> bool:
         """Whether everybody who must listen does."""
         return all(p.get_num_connections() > 0 for p in [self.registry, self.switch, *self.clouds])
+
+    def tell(self, registry: ObjectRegistry, calibrating: bool) -> None:
+        """Publish registry and switch, and wait until the association says that it has them."""
+        self.registry.publish(registry)
+        self.switch.publish(Int8(0 if calibrating else 1))
+        wanted = {"calibrating": "yes" if calibrating else "no", "registered objects": f"{len(registry.entries):.3f}"}
+        wait_for(lambda: wanted.items() <= self._association.items(), f"{wanted} in '{self.space}'")
 
     def metadata(self, stamp_ns: int) -> MapMetaData:
         """The metadata of a capture time, waited for."""
@@ -68,6 +78,13 @@ class Listener:
     def _on_seeds(self, message: TransformStampedVector) -> None:
         with self._lock:
             self._seeds = message.header.stamp.to_nsec() * 1000 + len(message.frame)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        if not message._connection_header["callerid"].startswith(f"/{self.space}/"):
+            return
+        for status in message.status:
+            if status.name == "cluster_assoc: inputs":
+                self._association = {pair.key: pair.value for pair in status.values}
 
 
 class Player:
@@ -95,9 +112,7 @@ class Player:
         registry = golden.from_bytes(ObjectRegistry, golden_set.registry)
         frames = golden.from_bytes(TFMessage, golden_set.frames)
         for listener in self._listeners:
-            listener.registry.publish(registry)
-            listener.switch.publish(Int8(0 if golden_set.calibrating else 1))
-        time.sleep(0.2)  # registry and switch have no answer to wait for
+            listener.tell(registry, golden_set.calibrating)
         self._clock.publish(Clock(stamp))
         self._tf.publish(TFMessage([self._at(stamp, t) for t in frames.transforms]))
         for listener in self._listeners:

@@ -6,8 +6,8 @@ from __future__ import annotations
 import math
 import sys
 import threading
-import time
 import unittest
+from pathlib import Path
 
 import rospy
 import rostest
@@ -15,10 +15,15 @@ from actionlib import SimpleActionClient
 from actionlib_msgs.msg import GoalStatus
 from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, SafetyStatus
 
-from yarm.ros import names
-from yarm.ros.conversions import pose_message
+from yarm.ros.common import names
+from yarm.ros.common.conversions import pose_message
 
-LIMIT = rospy.Duration(30.0)
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.goals import send_when_permitted
+from support.participant import Participant
+
+LIMIT_S = 30.0
+WALL_LIMIT_S = 120.0
 HEIGHT_M = 0.89
 
 
@@ -27,39 +32,42 @@ class SafetyTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.lock = threading.Lock()
+        cls.heard = threading.Condition()
         cls.failures, cls.reasons, cls.held = [], [], True
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
         rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, cls.on_safety, queue_size=100)
         cls.clients = {}
         for robot in ("ankurbot_1", "ankurbot_2", "ankurbot_3"):
             cls.clients[robot] = SimpleActionClient(names.move_robot(robot), MoveRobotAction)
-            assert cls.clients[robot].wait_for_server(rospy.Duration(60.0))
-        rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=60.0)
+        Participant.wait_for_begin()
+        for robot, client in cls.clients.items():
+            assert client.wait_for_server(rospy.Duration(60.0)), robot
 
     @classmethod
     def on_contacts(cls, message):
-        with cls.lock:
+        with cls.heard:
             cls.failures += [f"{c.body_a} {c.link_a} / {c.body_b}" for c in message.contacts if c.kind == "failure"]
 
     @classmethod
     def on_safety(cls, message):
-        with cls.lock:
+        with cls.heard:
             cls.held = any(message.stopped)
             cls.reasons += [message.reason] if cls.held else []
+            cls.heard.notify_all()
+
+    def wait(self, condition, what):
+        with self.heard:
+            self.assertTrue(self.heard.wait_for(condition, WALL_LIMIT_S), f"never came: {what}")
 
     def send(self, robot, x, y, yaw_deg):
-        deadline = time.monotonic() + 20.0
-        while self.held and time.monotonic() < deadline:
-            rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=10.0)
-        with self.lock:
+        self.wait(lambda: not self.held, "the end of the last stop")
+        with self.heard:
             self.reasons.clear()
         goal = MoveRobotGoal(target=pose_message(x, y, HEIGHT_M, math.radians(yaw_deg)), action="False")
-        state = self.clients[robot].send_goal_and_wait(goal, LIMIT, rospy.Duration(5.0))
-        deadline = time.monotonic() + 10.0
-        while state == GoalStatus.PREEMPTED and not self.reasons and time.monotonic() < deadline:
-            rospy.wait_for_message(names.SAFETY_STATUS, SafetyStatus, timeout=10.0)
-        with self.lock:
+        state = send_when_permitted(self.clients[robot], goal, LIMIT_S)
+        if state == GoalStatus.PREEMPTED:
+            self.wait(lambda: self.reasons, "the safety monitor's reason")
+        with self.heard:
             reason = self.reasons[-1] if self.reasons else ""
             self.assertEqual(self.failures, [])
         return state, reason

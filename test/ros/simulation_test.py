@@ -24,9 +24,10 @@ from yarm.msg import Clearance, Contacts, JointControllerState, ObjectRegistry, 
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
 from yarm.resources import resource
-from yarm.ros import names
+from yarm.ros.common import names
 
 WALL_LIMIT_S = 60.0
+TICK_NS = 1e9 / 60.0
 CLOUD = names.camera_points(1)
 
 
@@ -80,15 +81,24 @@ class SimulationTest(unittest.TestCase):
         self.wait(lambda: self.kept["/clock"], "/clock")
         return self.kept["/clock"][-1].clock.to_sec()
 
-    def pose(self, frame: str) -> Any:
+    def pose(self, frame: str, after_s: float = -1.0) -> Any:
         def found() -> Any:
             for message in reversed(self.kept["/tf"]):
                 for transform in message.transforms:
-                    if transform.child_frame_id == frame:
+                    if transform.child_frame_id == frame and transform.header.stamp.to_sec() > after_s:
                         return transform
             return None
 
-        return self.wait(found, f"frame {frame}")
+        return self.wait(found, f"frame {frame} after {after_s:.3f} s")
+
+    def stamps(self, topic: str) -> List[int]:
+        """Stamps of what has been heard on a topic, ns."""
+        with self.changed:
+            return [message.header.stamp.to_nsec() for message in self.kept[topic]]
+
+    def neighbours(self, topic: str, period_s: float) -> bool:
+        """Whether two messages have come that are one period apart; a busy machine may lose some."""
+        return bool(np.any(np.diff(self.stamps(topic)) < 1.01e9 * period_s))
 
     def said(self, *words: str) -> bool:
         return any(all(word in log.msg for word in words) for log in self.kept["/rosout"])
@@ -104,16 +114,19 @@ class SimulationTest(unittest.TestCase):
 
     def test_a_frames_and_clouds_come_at_their_rates_with_true_stamps(self) -> None:
         self.wait(lambda: len(self.kept["/tf"]) > 60, "60 messages on /tf")
-        ticks = [m.transforms[0].header.stamp.to_nsec() for m in self.kept["/tf"]]
-        self.assertEqual(set(np.diff(ticks)) - {16666666, 16666667}, set(), "a tick is 4 steps of 1/240 s")
+        with self.changed:
+            ticks = [m.transforms[0].header.stamp.to_nsec() for m in self.kept["/tf"]]
+        steps = np.diff(ticks) / TICK_NS
+        self.assertLess(float(np.abs(steps - np.rint(steps)).max()), 1e-6, "a tick is 4 steps of 1/240 s")
+        self.assertEqual(round(float(steps.min())), 1)
         for message in self.kept["/tf"][-5:]:
             self.assertEqual(len({t.header.stamp for t in message.transforms}), 1)
             self.assertEqual({t.header.frame_id for t in message.transforms}, {"world"})
         self.wait(lambda: len(self.kept[CLOUD]) > 20, "20 clouds")
-        stamps = np.array([cloud.header.stamp.to_nsec() for cloud in self.kept[CLOUD]])
-        steps = np.diff(stamps)
-        self.assertLess(abs(float(np.median(steps)) - 1e9 / 30), 2)
-        self.assertTrue(set(stamps[:10].tolist()) <= set(ticks) or stamps[-1] >= ticks[0])
+        self.wait(lambda: self.neighbours(CLOUD, 1.0 / 30.0), "two clouds in a row")
+        steps = np.diff(self.stamps(CLOUD)) / (2.0 * TICK_NS)
+        self.assertLess(float(np.abs(steps - np.rint(steps)).max()), 1e-6, "a camera set is every second tick")
+        self.assertEqual(round(float(steps.min())), 1)
 
     def test_b_clouds_are_organised_in_the_optical_frame(self) -> None:
         cloud = self.newest(CLOUD)
@@ -160,10 +173,9 @@ class SimulationTest(unittest.TestCase):
             lambda: self.said("ankurbot_1/cmd_vel", "nothing for 0.5 s", "stopped"), "a warning about the silence"
         )
         stopping = self.now() + 0.3
-        self.wait(lambda: self.now() > stopping, "the way to a stop")
-        before = self.pose("ankurbot_1/base_link").transform.translation.x
-        self.wait(lambda: self.now() > stopping + 0.5, "half a second")
-        self.assertAlmostEqual(self.pose("ankurbot_1/base_link").transform.translation.x, before, delta=0.002)
+        before = self.pose("ankurbot_1/base_link", stopping)
+        later = self.pose("ankurbot_1/base_link", before.header.stamp.to_sec() + 0.5)
+        self.assertAlmostEqual(later.transform.translation.x, before.transform.translation.x, delta=0.002)
         state = self.newest(names.caster_state("ankurbot_1", "fl"), self.now())
         self.assertAlmostEqual(state.process_value, 0.0, delta=0.02)
 
@@ -238,9 +250,11 @@ class SimulationTest(unittest.TestCase):
         self.assertEqual(sorted(clearance.robots), ["ankurbot_1", "ankurbot_2", "hc10_barc"])
         self.assertTrue(all(math.isinf(d) or d > 0.05 for d in clearance.distances))
         status = self.newest(names.SIM_STATUS, self.now())
-        self.assertGreater(status.real_time_factor, 0.05)
-        self.assertLess(status.real_time_factor, 1.3)
         self.assertTrue({"physics", "cameras", "publish"} <= set(status.parts))
+        self.wait(lambda: len(self.kept[names.SIM_STATUS]) > 2, "three times sim/status")
+        factors = np.array([message.real_time_factor for message in list(self.kept[names.SIM_STATUS])])
+        self.assertGreater(float(factors.min()), 0.0)
+        self.assertLess(1.0 / float(np.mean(1.0 / factors)), 1.2, "what was held up is made up for, but no more")
 
     def test_j_a_bad_scene_or_parameter_ends_the_node_and_says_why(self) -> None:
         for argument, words in (
@@ -259,9 +273,10 @@ class SimulationTest(unittest.TestCase):
         cloud = self.newest(topic)
         self.assertEqual((cloud.height, cloud.width), (240, 320))
         self.assertEqual(cloud.header.frame_id, "hc10_barc/wrist_camera_optical_frame")
-        self.wait(lambda: len(self.kept[topic]) > 4, "five clouds")
-        stamps = [message.header.stamp.to_sec() for message in self.kept[topic]]
-        self.assertAlmostEqual(min(b - a for a, b in zip(stamps, stamps[1:])), 1.0 / 15.0, delta=0.001)
+        self.wait(
+            lambda: len(self.kept[topic]) > 4 and self.neighbours(topic, 1.0 / 15.0), "two of five clouds in a row"
+        )
+        self.assertAlmostEqual(float(np.diff(self.stamps(topic)).min()), 1e9 / 15.0, delta=1e6)
 
     def test_z_started_again_in_mid_run_it_begins_anew(self) -> None:
         before = self.now()
@@ -270,14 +285,13 @@ class SimulationTest(unittest.TestCase):
         subprocess.run(["rosnode", "kill", "/simulation"], check=True, capture_output=True, timeout=WALL_LIMIT_S)
         self.wait(lambda: self.now() < before - 1.0, "time going backwards")
         self.wait(lambda: abs(self.pose("ankurbot_1/base_link").transform.translation.x - 1.95) < 0.01, "the start")
-        limit = time.monotonic() + WALL_LIMIT_S
-        while drive.get_num_connections() == 0:
-            self.assertLess(time.monotonic(), limit, "the simulation listens again")
-            rospy.rostime.wallsleep(0.05)
         command = Twist()
         command.linear.x = 0.3
-        drive.publish(command)
-        self.wait(lambda: self.pose("ankurbot_1/base_link").transform.translation.x < 1.9, "driving after the restart")
+        limit = time.monotonic() + WALL_LIMIT_S
+        while self.pose("ankurbot_1/base_link").transform.translation.x > 1.9:
+            self.assertLess(time.monotonic(), limit, "no driving after the restart")
+            drive.publish(command)  # the connection may still be that to the simulation that has ended
+            rospy.rostime.wallsleep(0.05)
 
 
 if __name__ == "__main__":

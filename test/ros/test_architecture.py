@@ -8,7 +8,7 @@ from typing import List, Tuple
 
 import pytest
 
-from yarm.ros import api
+from yarm.ros.common import api
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "architecture.md"
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 from pathlib import Path
 
+import genmsg
+import genmsg.gentools
+import genmsg.msg_loader
 import pytest
 import yaml
+from yarm.msg import BumperEvent
+
+from yarm.robots.turtlebot import Bumper
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load((ROOT / "test" / "data" / "contract.yaml").read_text())
@@ -33,6 +40,30 @@ def test_every_definition_comments_every_field():
             if text not in ("", "---", "Header header") and "#" not in text and "=" not in text:
                 bare.append(f"{path.name}: {text}")
     assert bare == []
+
+
+KOBUKI_BUMPER_EVENT = """
+uint8 LEFT=0
+uint8 CENTER=1
+uint8 RIGHT=2
+uint8 RELEASED=0
+uint8 PRESSED=1
+uint8 bumper
+uint8 state
+"""
+"""kobuki_msgs 0.7.0, without its comments."""
+
+
+def test_a_bumper_event_is_a_kobukis():
+    public = genmsg.gentools.compute_md5_text(
+        genmsg.MsgContext.create_default(), parsed("kobuki_msgs/BumperEvent", KOBUKI_BUMPER_EVENT)
+    )
+    assert hashlib.md5(public.encode()).hexdigest() == BumperEvent._md5sum
+    assert [Bumper.LEFT, Bumper.CENTER, Bumper.RIGHT] == [BumperEvent.LEFT, BumperEvent.CENTER, BumperEvent.RIGHT]
+
+
+def parsed(name, text):
+    return genmsg.msg_loader.load_msg_from_string(genmsg.MsgContext.create_default(), text, name)
 
 
 def test_a_lost_field_is_noticed():

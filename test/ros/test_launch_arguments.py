@@ -5,25 +5,41 @@ from __future__ import annotations
 import subprocess
 
 import pytest
+import yaml
 
-from yarm.ros.launch_arguments import faults
+from yarm.commander.params import CommanderParams
+from yarm.params import build
+from yarm.planning.registry import PLANNER_NAMES
+from yarm.robots.hc10 import AT_ORIGIN
+from yarm.ros.common.launch_arguments import faults
+from yarm.ros.common.stations import station_of
+from yarm.sim.scenes.scene import load_scene
 
 
 @pytest.mark.parametrize(
     "word, expected",
     [
         ("scene:=nowhere", "no such scene; shipped: "),
+        ("case:=nonsense", "; the rooms' cases are explore and inspect"),
         ("seed:=-5", "within -1 to 2147483647"),
         ("seed:=three", "whole number"),
         ("planner:=best", "one of yarm"),
         ("rviz:=yes", "one of true, false"),
         ("real_time_factor:=fast", "number within"),
+        ("check_steps:=maybe", "one of true, false, report"),
+        ("replanning:=maybe", "one of true, false"),
+        ("controller:=best", "one of explore_lite"),
+        ("controller@inspection:=nearest", "one of yarm, report"),
+        ("time_limit_s:=0", "within 1 to 36000"),
+        ("return_to_start:=maybe", "one of true, false"),
+        ("layout:=cupboard_3", "no such layout; known: practice, open_0"),
+        ("boxes_known:=maybe", "one of true, false"),
         ("colour:=red", "unknown; known: scene"),
     ],
 )
 def test_a_wrong_argument_is_named(word, expected):
     (fault,) = faults(["scene:=2m1ma", word])
-    assert word.split(":=")[0] in fault
+    assert word.split(":=")[0].split("@")[0] in fault
     assert expected in fault
 
 
@@ -45,6 +61,8 @@ def test_a_recording_is_a_file(tmp_path):
 
 def test_good_arguments_pass():
     assert faults(["scene:=2m1ma", "seed:=3", "planner:=yarm", "rviz:=false"]) == []
+    assert faults(["layout:=practice"]) == faults(["layout:=wall_7"]) == faults(["layout:="]) == []
+    assert faults([f"check_steps:={value}" for value in ("true", "false", "report")]) == []
 
 
 @pytest.mark.parametrize(
@@ -53,6 +71,9 @@ def test_good_arguments_pass():
         ("simulation", "scene", "no such scene"),
         ("full_system", "scene", "no such scene"),
         ("experiment", "case", "no such scene"),
+        ("exploration", "arena", "no such arena"),
+        ("explore_experiment", "arena", "no such arena"),
+        ("inspection", "layout", "no such layout"),
         ("replay", "bag", "no such file"),
     ],
 )
@@ -67,3 +88,47 @@ def test_roslaunch_itself_refuses_what_is_not_there(launch, name, said):
     assert ended.returncode != 0
     assert "nowhere" in ended.stderr + ended.stdout
     assert said in ended.stderr + ended.stdout
+
+
+def test_every_manipulator_of_the_scene_needs_its_sander():
+    (fault,) = faults(["scene:=2m2ma", "arms:=hc10_barc"])
+    assert 'say arms:="hc10_barc hc10_barc_2"' in fault
+    assert faults(["scene:=2m2ma", "arms:=hc10_barc hc10_barc_2", "sander:=true"]) == []
+    assert faults(["scene:=2m2ma", "arms:=hc10_barc", "sander:=false"]) == []
+    assert faults(["scene:=3m", "arms:=hc10_barc"]) == []
+
+
+@pytest.mark.parametrize("arms", ["hc10_barc hc10_barc", "kuka", ""])
+def test_arms_are_names_each_once(arms):
+    (fault,) = faults(["scene:=single", f"arms:={arms}"])
+    assert "names that begin with hc10_barc, each once" in fault
+
+
+def dumped(launch, *arguments):
+    """What a launch file would set: parameters by name."""
+    command = ["roslaunch", "--dump-params", "yarm", f"{launch}.launch", *arguments]
+    return yaml.safe_load(subprocess.run(command, check=True, capture_output=True, timeout=60).stdout)
+
+
+def test_each_manipulator_gets_a_sander_with_its_own_station():
+    params = dumped("full_system", "scene:=2m2ma", "arms:=hc10_barc hc10_barc_2", "sync:=true")
+    assert params["/hc10_state_machine/arm"] == "hc10_barc"
+    assert params["/hc10_state_machine_2/arm"] == "hc10_barc_2"
+    for arm in load_scene("2m2ma").arms:
+        assert station_of(params[f"/{arm.name}/station"], "") == arm.station
+    sanders = ["hc10_state_machine", "hc10_state_machine_2"]
+    assert params["/simulation/arm_participants"] == sanders
+    assert params["/simulation/tick_participants"] == ["multi_robot_controls_server", *sanders]
+
+
+def test_one_manipulator_is_what_nobody_has_to_ask_for():
+    params = dumped("full_system")
+    assert params["/simulation/tick_participants"] == ["multi_robot_controls_server", "hc10_state_machine"]
+    assert [name for name in params if name.endswith("/arm")] == ["/hc10_state_machine/arm"]
+    assert station_of(params["/hc10_barc/station"], "") == AT_ORIGIN
+
+
+@pytest.mark.parametrize("planner", PLANNER_NAMES)
+def test_every_planner_there_is_can_be_launched(planner):
+    assert faults([f"planner:={planner}"]) == []
+    assert build(CommanderParams, {"planner": planner}).planner == planner

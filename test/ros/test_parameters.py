@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from yarm.params import ParamError, build, infos
+from yarm.ros.exploration.params import explorer_params
 from yarm.ros.node_params import NODE_PARAMS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,9 +20,14 @@ def plain(value):
     return list(value) if isinstance(value, tuple) else value
 
 
+def shipped_text(node):
+    (path,) = (ROOT / "config").glob(f"*/{node}.yaml")
+    return path.read_text()
+
+
 @pytest.mark.parametrize("node", sorted(NODE_PARAMS))
 def test_yaml_holds_every_parameter_with_its_default(node):
-    shipped = yaml.safe_load((ROOT / "config" / f"{node}.yaml").read_text())
+    shipped = yaml.safe_load(shipped_text(node))
     assert shipped == {name: plain(default) for name, default, _ in infos(NODE_PARAMS[node])}
 
 
@@ -33,7 +39,7 @@ def test_a_wrong_key_is_refused_by_name(node):
 
 @pytest.mark.parametrize("node", sorted(NODE_PARAMS))
 def test_yaml_comments_unit_or_range_of_every_parameter(node):
-    lines = (ROOT / "config" / f"{node}.yaml").read_text().splitlines()
+    lines = shipped_text(node).splitlines()
     bare = [line for line in lines if ":" in line.split("#")[0] and "#" not in line]
     assert bare == []
 
@@ -47,3 +53,13 @@ def test_generated_pages_are_up_to_date():
         timeout=120,
     )
     assert check.returncode == 0, check.stdout + check.stderr
+
+
+def test_wrong_explorer_parameters_are_told_in_whole_sentences():
+    with pytest.raises(ParamError) as caught:
+        explorer_params({"max_speed": "quick", "slam": 1, "report": {"speedy": 3, "speed": "slow"}}, "explorer")
+    said = str(caught.value)
+    assert said.startswith("explorer: slam: unknown parameter; known: controller, ")
+    assert "; max_speed = 'quick': must be of type float; " in said
+    assert "; report.speedy: unknown parameter; known: off, " in said
+    assert said.endswith("; report.speed = 'slow': must be of type float")

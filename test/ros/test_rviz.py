@@ -1,40 +1,73 @@
-"""The RViz configuration shows topics that exist, each with the display that its type needs."""
+"""Each RViz configuration shows topics that exist, each with the display that its type needs."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Sequence
 
+import pytest
 import yaml
 
-from yarm.ros import api, names
+from yarm.ros.common import api, api_explorer, api_inspection, names
 
-CONFIG = Path(__file__).resolve().parents[2] / "config" / "rviz" / "yarm.rviz"
+CONFIGS = Path(__file__).resolve().parents[2] / "config"
 DISPLAY_OF = {
+    "geometry_msgs/PoseArray": "rviz/PoseArray",
+    "geometry_msgs/PoseStamped": "rviz/Pose",
+    "nav_msgs/OccupancyGrid": "rviz/Map",
+    "nav_msgs/Odometry": "rviz/Odometry",
+    "nav_msgs/Path": "rviz/Path",
+    "sensor_msgs/Image": "rviz/Image",
+    "sensor_msgs/LaserScan": "rviz/LaserScan",
     "visualization_msgs/Marker": "rviz/Marker",
     "visualization_msgs/MarkerArray": "rviz/MarkerArray",
     "sensor_msgs/PointCloud2": "rviz/PointCloud2",
 }
-WITHOUT_TOPIC = {"rviz/Grid", "rviz/TF"}
+WITHOUT_TOPIC = {"rviz/Grid", "rviz/RobotModel", "rviz/TF"}
+CELL = (names.OCCUPANCY, names.COLLISIONS, names.MAPS_AND_MASKS, names.PARTICLES_AND_WAYPOINTS)
+EXPLORATION = (
+    names.SCAN,
+    names.SIM_POSE,
+    *(names.explorer(n) for n in ("map", "frontiers", "plan", "path", "bumps", "view")),
+)
+INSPECTION = (
+    names.inspector("markers"),
+    names.MAP,
+    names.SCAN,
+    names.PARTICLE_CLOUD,
+    names.RGB_IMAGE,
+    names.move_base("global_costmap/costmap"),
+    names.move_base("NavfnROS/plan"),
+)
 
 
-def type_of(topic: str) -> str:
+def type_of(topic: str, topics: Sequence[api.Topic]) -> str:
     """Type of a topic in the documented interface; fields such as {arm} stand for any name."""
-    for entry in api.TOPICS:
+    for entry in topics:
         if re.fullmatch(re.sub(r"\\\{\w+\\\}", r"\\w+", re.escape(entry.name)), topic):
             return entry.type
     raise AssertionError(f"nobody publishes {topic}")
 
 
-def test_each_display_fits_its_topic():
-    displays = yaml.safe_load(CONFIG.read_text())["Visualization Manager"]["Displays"]
+@pytest.mark.parametrize(
+    ("config", "topics", "wanted"),
+    [
+        ("cell/rviz/yarm.rviz", api.TOPICS, CELL),
+        ("exploration/rviz/exploration.rviz", api_explorer.EVERY_TOPIC, EXPLORATION),
+        ("inspection/rviz/inspection.rviz", api_inspection.EVERY_TOPIC, INSPECTION),
+    ],
+)
+def test_each_display_fits_its_topic(config, topics, wanted):
+    displays = yaml.safe_load((CONFIGS / config).read_text())["Visualization Manager"]["Displays"]
     shown = {}
     for display in displays:
-        topic = display.get("Marker Topic") or display.get("Topic")
+        topic = display.get("Marker Topic") or display.get("Topic") or display.get("Image Topic")
         if topic is None:
             assert display["Class"] in WITHOUT_TOPIC, display
             continue
-        assert display["Class"] == DISPLAY_OF[type_of(topic)], f"{display['Name']}: {topic} is a {type_of(topic)}"
+        kind = type_of(topic, topics)
+        assert display["Class"] == DISPLAY_OF[kind], f"{display['Name']}: {topic} is a {kind}"
         shown[topic] = display["Enabled"]
-    for topic in (names.OCCUPANCY, names.COLLISIONS, names.MAPS_AND_MASKS, names.PARTICLES_AND_WAYPOINTS):
+    for topic in wanted:
         assert shown[topic], f"{topic} is not shown"

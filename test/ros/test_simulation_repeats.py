@@ -6,10 +6,10 @@ import math
 import zlib
 from typing import List
 
-from yarm.sim.cameras import Eyes
-from yarm.sim.scene import load_scene
-from yarm.sim.things import ThingSpec
-from yarm.sim.world import World
+from yarm.sim.engine.things import ThingSpec
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.scene import load_scene
+from yarm.sim.sensors.cameras import Eyes
 
 FRAMES = 600
 
@@ -17,7 +17,7 @@ FRAMES = 600
 def run(seed: int, frames: int = FRAMES) -> List[int]:
     """A checksum a frame of all poses and of all clouds."""
     sums = []
-    with World(load_scene("2m1ma")) as world:
+    with SimWorld(load_scene("2m1ma")) as world:
         world.spawn(ThingSpec("debris_1", "Debris", -0.15, 0.2, 0.755, 0.3))
         eyes = Eyes(seed, True)
         eyes.look_at(world.bodies, world.transforms())

@@ -170,9 +170,8 @@ Score AssociationRun::run(const Sequence& sequence, const std::function<void(con
       gap[body.name] = mapped ? 0 : gap[body.name] + 1;
       score.longest_gap = std::max(score.longest_gap, gap[body.name]);
     }
-    const bool unknown =
-        std::any_of(set.result->objects.begin(), set.result->objects.end(),
-                    [](const pc::AssociatedObject& o) { return o.name.compare(0, 8, "unknown_") == 0; });
+    const bool unknown = std::any_of(set.result->objects.begin(), set.result->objects.end(),
+                                     [](const pc::AssociatedObject& o) { return o.is_unknown; });
     phantom_run = unknown && !stranger_there ? phantom_run + 1 : 0;
     score.phantom_sets += phantom_run > 0 ? 1 : 0;
     score.longest_phantom = std::max(score.longest_phantom, phantom_run);

@@ -13,7 +13,7 @@ from typing import Any, List, Sequence, Tuple, Type
 
 import numpy as np
 
-from yarm.sim.camera_model import CLOUD_DTYPE, CameraModel
+from yarm.sim.sensors.camera_model import CLOUD_DTYPE, CameraModel
 
 FILE = Path(__file__).resolve().parents[1] / "data" / "golden_sets.npz"
 DEPTH_STEP_M = 0.004

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Dict, List, Tuple
 
-from yarm.ros.experiment_launcher import Family
+from yarm.ros.experiment.launcher import Family
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
@@ -91,6 +91,8 @@ def _surroundings(name: str) -> Tuple[Path, Dict[str, str]]:
     ros_home = log.parent / f"{name}.ros"
     environment = dict(os.environ, ROS_HOME=str(ros_home), ROS_LOG_DIR=str(ros_home / "log"))
     environment["ROS_TEST_RESULTS_DIR"] = str(ros_home / "results")
+    # What a node says is read from a file while it runs; a file's lines would else wait until a buffer is full.
+    environment["PYTHONUNBUFFERED"] = "1"
     return log, environment
 
 

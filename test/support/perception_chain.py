@@ -139,24 +139,53 @@ class PerceptionChain:
             stamp_ns: capture time.
         """
         library, handle = self._library, self._handle
-        kept = [np.ascontiguousarray(cloud) for cloud in clouds]
-        library.yarm_chain_begin(handle)
-        for cloud, pose in zip(kept, map(_pose, camera_poses)):
-            size = cloud.shape[1], cloud.shape[0]
-            library.yarm_chain_cloud(handle, _pointer(cloud), *size, _pointer(pose), ctypes.c_longlong(stamp_ns))
+        kept = self._begin(clouds, camera_poses, stamp_ns)
         for body in bodies:
             self._add(body, frames)
         count = library.yarm_chain_run(handle, int(calibrating))
+        del kept
         grid = np.empty(GRID, np.int8)
         library.yarm_chain_grid(handle, _pointer(grid))
         cells = {library.yarm_chain_name(handle, i).decode(): self._cells(i) for i in range(count)}
         return ChainMap(grid, cells)
+
+    def watch(
+        self,
+        clouds: Sequence[npt.NDArray[np.generic]],
+        camera_poses: Sequence[npt.ArrayLike],
+        bodies: Sequence[KnownBody],
+        frames: Dict[str, npt.ArrayLike],
+    ) -> None:
+        """Show one set to the camera watch, in place of ``process``; arguments as there."""
+        kept = self._begin(clouds, camera_poses, 0)
+        for body in bodies:
+            self._add(body, frames)
+        self._library.yarm_chain_watch(self._handle)
+        del kept
+
+    def turns(self) -> Dict[int, float]:
+        """The turn, degrees, that fits each camera's points (index from 0) best since the last call."""
+        cameras, turned = np.empty(CAMERAS, np.int32), np.empty(CAMERAS, np.float64)
+        count = self._library.yarm_chain_turns(self._handle, _pointer(cameras), _pointer(turned), CAMERAS)
+        return {int(camera): float(turn) for camera, turn in zip(cameras[:count], turned[:count])}
 
     def owners(self) -> List[int]:
         """Owner of each point of the last set: index of the object in the map, -1 nobody."""
         owners = np.empty(self._library.yarm_chain_points(self._handle), np.int32)
         self._library.yarm_chain_owners(self._handle, _pointer(owners))
         return [int(owner) for owner in owners]
+
+    def _begin(
+        self, clouds: Sequence[npt.NDArray[np.generic]], camera_poses: Sequence[npt.ArrayLike], stamp_ns: int
+    ) -> List[npt.NDArray[np.generic]]:
+        """Start a set with its clouds; the chain reads the arrays given back, which must be kept as long."""
+        kept = [np.ascontiguousarray(cloud) for cloud in clouds]
+        self._library.yarm_chain_begin(self._handle)
+        for cloud, pose in zip(kept, map(_pose, camera_poses)):
+            self._library.yarm_chain_cloud(
+                self._handle, _pointer(cloud), *cloud.shape[1::-1], _pointer(pose), ctypes.c_longlong(stamp_ns)
+            )
+        return kept
 
     def _add(self, body: KnownBody, frames: Dict[str, npt.ArrayLike]) -> None:
         library, handle, name = self._library, self._handle, body.name.encode()

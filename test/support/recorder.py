@@ -10,12 +10,14 @@ import rospy
 from yarm.msg import ObjectRegistry
 
 from support.golden import to_bytes
-from yarm.ros import names, simulation_outbox
-from yarm.ros.simulation_clouds import RawCloud
-from yarm.sim.camera_model import KINECT
-from yarm.sim.cameras import Eyes
-from yarm.sim.scene import ThingSpec, load_scene
-from yarm.sim.world import World
+from yarm.ros.common import names
+from yarm.ros.simulation import outbox as simulation_outbox
+from yarm.ros.simulation.clouds import RawCloud
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.scene import load_scene
+from yarm.sim.scenes.specs import ThingSpec
+from yarm.sim.sensors.camera_model import KINECT
+from yarm.sim.sensors.cameras import Eyes
 
 CAMERAS = (1, 2, 3, 4)
 TICKS_A_SET = 2
@@ -55,7 +57,7 @@ class WholeSet:
 
 def camera_sets(scene: str) -> Iterator[WholeSet]:
     """Sets without end, at the cameras' rate: ``STILL_SETS`` at rest, then debris appears and everybody moves."""
-    with World(load_scene(scene)) as world:
+    with SimWorld(load_scene(scene)) as world:
         eyes = Eyes(1, True)
         version, count = -1, 0
         while True:
@@ -71,7 +73,7 @@ def camera_sets(scene: str) -> Iterator[WholeSet]:
             count += 1
 
 
-def _set_off(world: World) -> None:
+def _set_off(world: SimWorld) -> None:
     for robot in world.robots.values():
         robot.drive(SPEED_MPS, 0.0, 5.0)
     for arm in world.arms.values():
@@ -80,14 +82,14 @@ def _set_off(world: World) -> None:
         arm.follow(joints, ahead, [1.0, 2.0, 3.0])
 
 
-def _whole(world: World, eyes: Eyes, count: int) -> WholeSet:
+def _whole(world: SimWorld, eyes: Eyes, count: int) -> WholeSet:
     poses = world.transforms()
     stamp = rospy.Time(*divmod(world.time_ns, 10**9))
     fixed: Dict[str, np.ndarray] = simulation_outbox.frame_poses(list(eyes.overhead_poses))
     for body in world.bodies.values():
         fixed.update(body.static_frames)
     moving = {frame: pose for frame, pose in poses.items() if frame not in fixed}
-    registry = ObjectRegistry(entries=[simulation_outbox._entry(body) for body in world.bodies.values()])
+    registry = ObjectRegistry(entries=[simulation_outbox.registry_entry(body) for body in world.bodies.values()])
     return WholeSet(
         stamp.to_nsec(),
         count < STILL_SETS,

@@ -2,6 +2,7 @@
 #include "scene_factory.hpp"
 
 #include "yarm/perception/association.hpp"
+#include "yarm/perception/camera_watch.hpp"
 #include "yarm/perception/merge.hpp"
 #include "yarm/perception/occupancy.hpp"
 
@@ -31,6 +32,7 @@ struct Chain {
   std::unique_ptr<pc::MergeBackend> merge;
   std::unique_ptr<pc::Associator> association;
   pc::OccupancyBuilder builder;
+  pc::CameraWatch watch;
   pc::MergedSet set;
   std::vector<pc::Seed> seeds;
   pc::Knowledge knowledge;
@@ -83,11 +85,11 @@ void yarm_chain_cloud(void* chain, const void* data, int width, int height, cons
 int yarm_chain_object(void* chain, const char* name, const char* kind, int is_static, const char* seed_frame,
                       const double* T_world_seed) {
   auto* c = static_cast<Chain*>(chain);
-  pc::Seed seed{name, pc::ObjectKind::kObstacle, is_static != 0, poseOf(T_world_seed), 0};
-  if (!pc::fromString(kind, seed.object)) {
+  const auto known = pc::fromString(kind);
+  if (!known) {
     return 0;
   }
-  c->seeds.push_back(seed);
+  c->seeds.push_back({name, *known, is_static != 0, poseOf(T_world_seed), 0});
   c->knowledge[name].seed_frame = seed_frame;
   return 1;
 }
@@ -118,6 +120,23 @@ int yarm_chain_run(void* chain, int calibrating) {
   c->result = &c->association->associate({&c->set, &c->seeds, &c->knowledge, &c->links, calibrating != 0});
   c->grid = &c->builder.build(*c->result);
   return static_cast<int>(c->result->objects.size());
+}
+
+/// Shows the set to the camera watch, in place of _run.
+void yarm_chain_watch(void* chain) {
+  auto* c = static_cast<Chain*>(chain);
+  c->merge->merge(c->clouds, c->set);
+  c->watch.add({&c->set, &c->seeds, &c->knowledge, &c->links, false});
+}
+
+/// Copies up to `capacity` of the watch's fits, camera and turn in degrees; returns how many there are.
+int yarm_chain_turns(void* chain, int* cameras, double* turned_deg, int capacity) {
+  const std::vector<pc::CameraFit> fits = static_cast<Chain*>(chain)->watch.take();
+  for (std::size_t i = 0; i < std::min(fits.size(), static_cast<std::size_t>(capacity)); ++i) {
+    cameras[i] = fits[i].camera;
+    turned_deg[i] = fits[i].turned_deg;
+  }
+  return static_cast<int>(fits.size());
 }
 
 /// Copies the grid, 50 * 50 * 20 values.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Dict, List
 
@@ -25,7 +26,7 @@ def test_a_success_leaves_everything_and_ends_with_0(tmp_path: Path) -> None:
     folder = tmp_path / "single" / "1"
     tables = {"summary.yaml", "waypoints.csv", "path.csv", "timing.csv"}
     pictures = {"map.png", "map_ankurbot_1.png", "planning_time.png", "timing.png"}
-    assert {path.name for path in folder.iterdir()} == tables | pictures
+    assert {path.name for path in folder.iterdir()} == tables | pictures | {"run.log"}
     summary = yaml.safe_load((folder / "summary.yaml").read_text())
     assert summary["success"] is True
     robot = summary["robots"]["ankurbot_1"]
@@ -37,6 +38,9 @@ def test_a_success_leaves_everything_and_ends_with_0(tmp_path: Path) -> None:
     assert summary["parameters"]["commander"]["planner"] == "yarm"
     assert "single, seed 1, boundless: SUCCESS" in output
     assert str(folder) in output
+    assert "REQUIRED process" not in output
+    assert "PARAMETERS" not in output
+    assert "PARAMETERS" in (folder / "run.log").read_text()
 
 
 def test_a_failure_says_why_and_ends_with_1(tmp_path: Path) -> None:
@@ -46,6 +50,22 @@ def test_a_failure_says_why_and_ends_with_1(tmp_path: Path) -> None:
     assert summary["success"] is False
     assert "did not end within" in summary["faults"][0]
     assert summary["goals"]["target_1"]["reached"] is False
+
+
+def test_the_published_planner_moves_and_what_the_checker_refuses_is_counted(tmp_path: Path) -> None:
+    """Planned once with 20 particles its way leads along the table, nearer than the checker allows: it is sent."""
+    published = ["--unguarded", "--planned-once", "--planner", "original", "--particles", "20", "--limit", "60"]
+    call = [*MISSION, "--case", "1m1ma_target", "--seed", "22", *published, "--results", str(tmp_path)]
+    with suppress(LaunchedTestError):  # whether it arrives is not what is asked here
+        run(call, "experiment_original", LIMIT_S)
+    folder = tmp_path / "1m1ma_target" / "22"
+    summary = yaml.safe_load((folder / "summary.yaml").read_text())
+    assert summary["parameters"]["commander"]["check_steps"] == "report"
+    assert summary["parameters"]["commander"]["replanning"] is False
+    assert summary["robots"]["ankurbot_1"]["waypoints"] >= 1
+    assert summary["robots"]["ankurbot_1"]["path_m"] > 0.5
+    assert 1 <= summary["steps"]["refused"] <= summary["steps"]["planned"]
+    assert "a step was sent that the checker refuses: " in (folder / "run.log").read_text()
 
 
 def test_in_lock_step_a_mission_repeats_decision_for_decision(tmp_path: Path) -> None:

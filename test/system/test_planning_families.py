@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from yarm.planning.bruteforce import touches
-from yarm.planning.instances import FAMILIES, make_instance
+from yarm.planning.model.types import PlanStatus
 from yarm.planning.registry import make_planner
-from yarm.planning.stepping import step_to_end
-from yarm.planning.types import PlanStatus
+from yarm.planning.scenes.instances import FAMILIES, make_instance
+from yarm.planning.scenes.stepping import step_to_end
+from yarm.planning.verification.bruteforce import touches
 
 COUNT = 100
 BRUTE_EVERY = 4

@@ -13,13 +13,15 @@ from typing import Callable, Dict, Iterator, List
 import pytest
 
 from support.launched import ROOT, Launched, run
-from yarm.ros.experiment_launcher import free_port
+from yarm.ros.experiment.launcher import free_port
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LIMIT_S = 600.0
 MISSION = "the mission by hand"
 WORKSPACE = "the catkin workspace"
 RECORDED = "the recorded experiment"
+EXPLORED = "the exploration"
+INSPECTED = "the inspection"
 ALONE = "alone"
 CI = "continuous integration"
 WHERE: Dict[str, str] = {
@@ -31,6 +33,10 @@ WHERE: Dict[str, str] = {
     "rostopic echo /commander/status": MISSION,
     "rosrun yarm run_experiment --case 2m1ma --seed 3 --bag": RECORDED,
     "roslaunch yarm replay.launch bag:=$PWD/results/2m1ma/3/run.bag": RECORDED,
+    "roslaunch yarm exploration.launch arena:=practice rviz:=true": EXPLORED,
+    "rosrun yarm run_experiment --case explore --arena practice --controller yarm --seed 3": EXPLORED,
+    "roslaunch yarm inspection.launch layout:=practice rviz:=true": INSPECTED,
+    "rosrun yarm run_experiment --case inspect --layout practice --controller yarm --seed 3": INSPECTED,
     "python3 -m yarm.planning scenes/planning/three_robots.yaml --steps --plot three_robots.png": ALONE,
     "rosrun yarm cell_check 2m1ma": ALONE,
     "rosrun yarm snapshot 2m1ma cell.png": ALONE,
@@ -114,13 +120,13 @@ def test_mission_by_hand(display: str, place: Path) -> None:
     launch, to_next, to_mission, echo = of(MISSION)
     environment = surroundings(display)
 
-    def call(command: str) -> str:
+    def call(command: str, limit_s: float = 120.0) -> str:
         done = subprocess.run(
             ["bash", "-c", command],
             env={**os.environ, **environment},
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=limit_s,
             check=False,
         )
         return done.stdout + done.stderr
@@ -136,7 +142,7 @@ def test_mission_by_hand(display: str, place: Path) -> None:
         previous = call('rosservice call /commander_state "{previous_state: true}"')
         assert "success: True" in previous, previous
         wait(lambda: "busy: False" in call("rostopic echo -n1 /commander/status"), "stop", system)
-        done = call("rosrun yarm commander_cli run --mode boundless")
+        done = call("rosrun yarm commander_cli run --mode boundless", LIMIT_S)
         assert "succeeded" in done or "reached" in done, done
 
 
@@ -149,6 +155,38 @@ def test_recorded_and_replayed(display: str, place: Path) -> None:
         started = time.monotonic()
         wait(lambda: time.monotonic() - started > 5.0, "five seconds of replay", shown)
     assert "[play" in shown.output()
+
+
+def test_explored(display: str, place: Path) -> None:
+    launch, experiment = of(EXPLORED)
+    environment = {**surroundings(display), "PWD": str(place)}  # a shell sets it; the map is saved there
+    with Launched(launch.split(), "readme_exploration", environment, place) as shown:
+        wait(lambda: "from idle, to exploring" in shown.output(), "the start of the exploration", shown)
+    output = run(["bash", "-c", f"cd {place} && {experiment}"], "readme_explored", LIMIT_S)
+    assert "practice, yarm, seed 3: SUCCESS" in output
+    assert (place / "results" / "explore" / "practice" / "yarm" / "3" / "map.pgm").is_file()
+
+
+def test_inspected(display: str, place: Path) -> None:
+    launch, experiment = of(INSPECTED)
+    environment = {**surroundings(display), "PWD": str(place)}  # a shell sets it; the result is written there
+    with Launched(launch.split(), "readme_inspection", environment, place) as shown:
+        wait(lambda: " s, verdict: box " in shown.output(), "the first verdict", shown)
+    output = run(["bash", "-c", f"cd {place} && {experiment}"], "readme_inspected", LIMIT_S)
+    assert "practice, yarm, seed 3: SUCCESS" in output
+    assert (place / "results" / "inspect" / "practice" / "yarm" / "3" / "proof.html").is_file()
+
+
+@pytest.mark.parametrize("case", ["explore", "inspect"])  # test_explored and test_inspected run them
+def test_make_demo_of_a_room(case: str) -> None:
+    recipe = subprocess.run(
+        ["make", "-n", "--no-print-directory", "demo", f"CASE={case}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert f"rosrun yarm run_experiment --case {case} --seed 3" in recipe
 
 
 def test_catkin_workspace(tmp_path: Path) -> None:

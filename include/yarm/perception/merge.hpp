@@ -29,7 +29,8 @@ struct MergeParams {
   std::array<double, 3> box_max{2.5, 2.5, 1.3};     ///< upper limits of the box (inclusive), metres, world
   NoiseModel noise;                                 ///< of the cameras
   double floor_sigmas{4.0};    ///< a point must be above z = 0 by this many sigmas of its vertical noise; 0 = plain box
-  double absurd_limit{100.0};  ///< a coordinate beyond this (or infinite) makes the whole cloud absurd, metres
+  double absurd_limit{100.0};  ///< a coordinate beyond this (or infinite) makes a point absurd: it is left out, metres
+  double absurd_share{0.01};   ///< with a larger share of absurd points the whole cloud is left out
 };
 
 /// Parameters of Euclidean clustering of the voxels' centroids.

@@ -3,9 +3,19 @@
 
 #include "yarm/perception/types.hpp"
 
+#include <string>
 #include <vector>
 
 namespace yarm::perception {
+
+inline constexpr double kLargestSolid = 20.0;     ///< edge, radius or length beyond which a solid is absurd, metres
+inline constexpr double kFarthestPose = 10000.0;  ///< coordinate beyond which a pose is absurd, metres
+
+/// What makes a pose absurd, with the number and the limit; empty when nothing does.
+[[nodiscard]] std::string poseFault(const Eigen::Isometry3d& pose);
+
+/// What makes a solid absurd, with the number and the limit; empty when nothing does.
+[[nodiscard]] std::string solidFault(const Solid& solid);
 
 /// Distance of a point to a solid's surface and the way there, in the solid's own frame.
 struct SurfaceDistance {

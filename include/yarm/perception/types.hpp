@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -71,15 +72,18 @@ static_assert(sizeof(MergedPoint) == 32, "MergedPoint is a wire format");
 /// What became of one camera's cloud.
 struct CameraReport {
   std::size_t points{0};  ///< points read
+  std::size_t finite{0};  ///< points that saw something, anywhere: the camera's view
+  std::size_t absurd{0};  ///< points with infinite or absurd coordinates, left out
   std::size_t kept{0};    ///< points inside the box and above the floor's noise
-  bool absurd{false};     ///< it had infinite or absurd coordinates; all its points were dropped
+  bool dropped{false};    ///< too many were absurd: the whole cloud was left out
 };
 
 /// One camera set brought together: points, voxels and clusters. Voxels and clusters can be made again from the points.
 struct MergedSet {
-  StampNs stamp_ns{0};                       ///< oldest capture time of the set
-  std::vector<MergedPoint> points;           ///< by camera, then in the order of the cloud
-  std::vector<CameraReport> cameras;         ///< one entry a camera
+  StampNs stamp_ns{0};                ///< oldest capture time of the set
+  std::vector<MergedPoint> points;    ///< by camera, then in the order of the cloud
+  std::vector<CameraReport> cameras;  ///< one entry a camera
+  std::vector<std::int32_t> absent;   ///< cameras without a view in this set: that they show nothing says nothing
   std::vector<std::int32_t> voxel_of_point;  ///< index into centroids
   std::vector<Eigen::Vector3f> centroids;  ///< centroid of the points of each voxel, by voxel x fastest, then y, then z
   std::vector<std::int32_t> voxel_points;  ///< number of points of each voxel
@@ -92,8 +96,8 @@ enum class ObjectKind { kMobile, kManipulator, kDebris, kTarget, kObstacle };
 
 /// Name as in the messages ("Mobile", "Manipulator", "Debris", "Target", "Obstacle").
 [[nodiscard]] const char* toString(ObjectKind kind);
-/// Kind of a name; returns false and leaves `kind` alone when the name is not known.
-[[nodiscard]] bool fromString(const std::string& text, ObjectKind& kind);
+/// Kind of a name; empty when the name is not known.
+[[nodiscard]] std::optional<ObjectKind> fromString(const std::string& text);
 
 /// Where one registered object is.
 struct Seed {
@@ -127,11 +131,17 @@ using Knowledge = std::unordered_map<std::string, KnownObject>;
 /// World <- tf frame at the capture time. A frame may be missing: its last pose, carried with the seed, is used.
 using LinkPoses = std::unordered_map<std::string, Eigen::Isometry3d>;
 
+/// Name of the n-th thing that nobody registered: "unknown_<n>".
+[[nodiscard]] std::string unknownName(std::int64_t number);
+/// Whether a name is such a one: the messages tell an unknown thing by nothing else.
+[[nodiscard]] bool isUnknownName(const std::string& name);
+
 /// One object with the points that are its own.
 struct AssociatedObject {
   std::string name;                          ///< unique name; "unknown_<n>" for things nobody registered
   ObjectKind object{ObjectKind::kObstacle};  ///< what it is
   bool is_static{true};                      ///< "static" or "dynamic"
+  bool is_unknown{false};                    ///< nobody registered it
   Eigen::Isometry3d T_world_seed{Eigen::Isometry3d::Identity()};  ///< for an unknown: at the centroid of its points
   StampNs stamp_ns{0};                                            ///< time of T_world_seed
   std::vector<Eigen::Vector3f> points;   ///< seen points, metres, world; those a known surface explains lie on it

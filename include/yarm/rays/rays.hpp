@@ -1,9 +1,10 @@
 #ifndef YARM_RAYS_RAYS_HPP
 #define YARM_RAYS_RAYS_HPP
 
-// Ray casting of a depth camera against primitives, called from Python through a C interface (yarm.sim.rays_native).
-// Optical frame: x right, y down, z forward. Rays have z component 1, so a ray's parameter is the depth of its hit.
-// Metres throughout; images are row-major, height x width. Not thread-safe on the same image.
+// Ray casting of a depth camera against primitives, called from Python through a C interface
+// (yarm.sim.sensors.rays_native). Optical frame: x right, y down, z forward. Rays have z component 1, so a ray's
+// parameter is the depth of its hit. Metres throughout; images are row-major, height x width. Not thread-safe on the
+// same image.
 
 #include <cstdint>
 
@@ -37,7 +38,7 @@ void yarmRaysAdd(const YarmCamera* camera, const double* optical_from_world, std
 void yarmRaysCloud(const YarmCamera* camera, const float* depth, const float* noise_sigma, const std::uint32_t* rgb,
                    const float* normals, void* points);
 
-// Standard deviation of the depth of a surface seen at the cosine of incidence (yarm.sim.noise.axial_sigma).
+// Standard deviation of the depth of a surface seen at the cosine of incidence (yarm.sim.sensors.noise.axial_sigma).
 float yarmRaysSigma(double depth, double incidence_cosine);
 
 }  // extern "C"

@@ -2,14 +2,15 @@
 #pragma once
 
 #include "yarm/perception/association.hpp"
-#include "yarm/ros/clock.hpp"
+#include "yarm/perception/camera_watch.hpp"
 #include "yarm/ros/conversions.hpp"
 #include "yarm/ros/executor.hpp"
 #include "yarm/ros/node_params.hpp"
 #include "yarm/ros/pool.hpp"
 #include "yarm/ros/report.hpp"
-#include "yarm/ros/seed_buffer.hpp"
 #include "yarm/ros/tf_source.hpp"
+#include "yarm/sync/clock.hpp"
+#include "yarm/sync/seed_buffer.hpp"
 
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -22,17 +23,17 @@
 
 namespace yarm {
 
-// What travels from cluster_assoc to database within a process.
+/// What travels from cluster_assoc to database within a process.
 struct AssociatedFrame {
   perception::AssociatedSet set;
   perception::GridSpec grid;
 };
 
-// In: merged_points, seed_transforms, object_registry, static_association_switch, /tf. Out: cloud_clusters,
-// associated_clusters, /diagnostics.
+/// In: merged_points, seed_transforms, object_registry, static_association_switch, /tf. Out: cloud_clusters,
+/// associated_clusters, /diagnostics.
 class ClusterAssoc : public PolledNode {
  public:
-  // The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
+  /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
   ClusterAssoc(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle);
   ~ClusterAssoc() override;
 
@@ -46,22 +47,26 @@ class ClusterAssoc : public PolledNode {
   };
 
   void onPoints(const sensor_msgs::PointCloud2ConstPtr& message);
-  void onSeeds(const yarm::TransformStampedVectorConstPtr& message);
+  void onSeeds(const ros::MessageEvent<const yarm::TransformStampedVector>& event);
+  /// Says what of a message of seeds is left out, and whose it was.
+  void refuseSeeds(const std::string& sender, const std::string& reason);
   void onRegistry(const yarm::ObjectRegistryConstPtr& message);
   void onSwitch(const std_msgs::Int8ConstPtr& message);
-  // Starts afresh when the stamp shows that the simulator was started again.
+  /// Starts afresh when the stamp shows that the simulator was started again.
   void noticeRestart(perception::StampNs stamp_ns);
-  // Whether everything a set needs is there, or has been waited for long enough.
+  /// Whether everything a set needs is there, or has been waited for long enough.
   bool ready(const Arrival& arrival, std::int64_t now_ns);
-  // World <- link frames at the stamp; the newest pose where that is not known. False when one was missing.
+  /// World <- link frames at the stamp; the newest pose where that is not known. False when one was missing.
   bool gatherLinks(perception::StampNs stamp_ns);
   void process(perception::MergedSet& set);
   void publishClusters(const perception::MergedSet& set);
   void publishAssociated(const perception::AssociatedSet& set);
   void diagnose();
+  void diagnoseCameras();
 
   ClusterAssocParams params_;
   ros::NodeHandle handle_;
+  MergeCloudsParams merge_node_;
   perception::MergeParams merge_;
   std::unique_ptr<perception::MergeBackend> backend_;
   std::unique_ptr<perception::Associator> associator_;
@@ -70,13 +75,13 @@ class ClusterAssoc : public PolledNode {
   std::deque<Arrival> inbox_;
   SeedBuffer seeds_;
   perception::Knowledge knowledge_;
-  std::vector<std::string> frames_;  // tf frames of all known links
+  std::vector<std::string> frames_;  ///< tf frames of all known links
   perception::LinkPoses links_;
   bool calibrating_ = true;
   bool registered_ = false;
-  bool seeds_stalled_ = false;     // the last wait for seeds was in vain: no waiting until one comes
-  bool links_stalled_ = false;     // the same for link poses
-  std::int64_t last_seed_ns_ = 0;  // wall time
+  bool seeds_stalled_ = false;     ///< the last wait for seeds was in vain: no waiting until one comes
+  bool links_stalled_ = false;     ///< the same for link poses
+  std::int64_t last_seed_ns_ = 0;  ///< wall time
   ClockWatch sets_clock_;
   Pool<perception::MergedSet> sets_;
   Pool<AssociatedFrame> frames_pool_;
@@ -88,8 +93,13 @@ class ClusterAssoc : public PolledNode {
   ros::Publisher associated_out_;
   ThrottledWarning warn_;
   HealthReport health_;
+  HealthReport camera_poses_;
+  perception::CameraWatch watch_;
+  std::int64_t sets_seen_ = 0;
   int processed_ = 0;
   int with_newest_seeds_ = 0;
+  int refused_seeds_ = 0;
+  std::string last_refusal_;
   double worst_lag_s_ = 0.0;
 };
 

@@ -23,7 +23,7 @@ inline perception::StampNs toNs(const ros::Time& time) {
 }
 ros::Time toTime(perception::StampNs stamp_ns);
 
-// What a reader made of a message: value counts only when reason is empty.
+/// What a reader made of a message: value counts only when reason is empty.
 template <class Value>
 struct Read {
   Value value;
@@ -31,19 +31,22 @@ struct Read {
   bool ok() const { return reason.empty(); }
 };
 
-// A strided view into the message's buffer (no copy; T_world_camera is left as it is), or why the layout cannot be
-// trusted. Only the layout is judged: sizes, offsets, types and byte order; the coordinates are not touched. O(fields).
+/// A strided view into the message's buffer (no copy; T_world_camera is left as it is), or why the layout cannot be
+/// trusted. Only the layout is judged: sizes, offsets, types and byte order; the coordinates are not touched.
+/// O(fields).
 Read<perception::CameraCloud> viewOf(const sensor_msgs::PointCloud2& message);
 
-// The points of a merged set, as they lie in memory (fields x y z sigma ux uy uz camera). `message` is used again.
+/// The points of a merged set, as they lie in memory (fields x y z sigma ux uy uz camera). A point without coordinates
+/// (NaN) says that its camera had no view in this set. `message` is used again.
 void fillMergedPoints(const perception::MergedSet& set, sensor_msgs::PointCloud2& message);
-// The set's stamp and points; voxels and clusters are left empty. Refused when a point lies outside the box.
+/// The set's stamp, points and absent cameras; voxels and clusters are left empty. Refused when a point lies outside
+/// the box.
 Read<bool> readMergedPoints(const sensor_msgs::PointCloud2& message, const perception::MergeParams& box,
                             perception::MergedSet& set);
 
-// Centroids of the voxels (fields x y z).
+/// Centroids of the voxels (fields x y z).
 void fillVoxels(const perception::MergedSet& set, sensor_msgs::PointCloud2& message);
-// The clusters, largest first.
+/// The clusters, largest first.
 void fillClusters(const perception::MergedSet& set, yarm::CloudVector& message);
 
 void fillAssociated(const perception::AssociatedSet& set, const perception::GridSpec& grid,
@@ -51,12 +54,12 @@ void fillAssociated(const perception::AssociatedSet& set, const perception::Grid
 Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
                           perception::GridSpec& grid);
 
-// Seeds of one message. Entries that make no sense are left out and named in the reason.
+/// Seeds of one message. Entries that make no sense are left out and named in the reason.
 Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector& message);
-// Known shapes by object. Entries that make no sense are left out and named in the reason.
+/// Known shapes by object. Entries that make no sense are left out and named in the reason.
 Read<perception::Knowledge> readRegistry(const yarm::ObjectRegistry& message);
 
-// Poses; a reason is given for numbers that are not finite and for quaternions of length zero.
+/// Poses; a reason is given for numbers that are not finite and for quaternions of length zero.
 Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose);
 Read<Eigen::Isometry3d> readTransform(const geometry_msgs::Transform& transform);
 void fillTransform(const Eigen::Isometry3d& pose, geometry_msgs::Transform& transform);

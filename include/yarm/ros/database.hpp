@@ -19,10 +19,10 @@
 
 namespace yarm {
 
-// In: associated_clusters. Out: planning_metadata, collisions, occupancy, /diagnostics. Serves: predict_new_state.
+/// In: associated_clusters. Out: planning_metadata, collisions, occupancy, /diagnostics. Serves: predict_new_state.
 class Database : public PolledNode {
  public:
-  // The handles give the namespaces; callbacks run on the executor. Throws ParamError.
+  /// The handles give the namespaces; callbacks run on the executor. Throws ParamError.
   Database(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle);
   ~Database() override;
 
@@ -34,7 +34,7 @@ class Database : public PolledNode {
   void publishMetadata(const perception::OccupancyGrid& grid);
   void publishMarkers(const perception::OccupancyGrid& grid);
   void publishOccupancy(const perception::OccupancyGrid& grid);
-  // A refused question is answered with collision = true: nothing was shown to be safe.
+  /// A refused question is answered with collision = true: nothing was shown to be safe.
   bool onPredict(yarm::PredictNewState::Request& request, yarm::PredictNewState::Response& response);
 
   DatabaseParams params_;
@@ -51,8 +51,8 @@ class Database : public PolledNode {
   ros::ServiceServer predict_;
   ThrottledWarning warn_;
   HealthReport health_;
-  std::int64_t last_set_ns_ = 0;   // wall time
-  std::int64_t last_view_ns_ = 0;  // wall time
+  std::int64_t last_set_ns_ = 0;   ///< wall time
+  std::int64_t last_view_ns_ = 0;  ///< wall time
   int published_ = 0;
 };
 

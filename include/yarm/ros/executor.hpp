@@ -13,30 +13,30 @@
 
 namespace yarm {
 
-// A node that lives on the executor.
+/// A node that lives on the executor.
 class PolledNode {
  public:
   virtual ~PolledNode() = default;
-  // Called after every batch of callbacks, and every few milliseconds while waiting() is true.
+  /// Called after every batch of callbacks, and every few milliseconds while waiting() is true.
   virtual void poll() = 0;
-  // Whether something is put aside.
+  /// Whether something is put aside.
   virtual bool waiting() const = 0;
 };
 
 class Executor {
  public:
-  // The process's executor; its thread starts with the first node.
+  /// The process's executor; its thread starts with the first node.
   static Executor& instance();
   ~Executor();
 
-  // The queue that nodes' subscribers and services must be made with.
+  /// The queue that nodes' subscribers and services must be made with.
   ros::CallbackQueue& queue() { return queue_; }
 
-  // Holds the thread between batches; to make and remove nodes.
+  /// Holds the thread between batches; to make and remove nodes.
   std::unique_lock<std::mutex> pause();
 
-  void add(PolledNode& node);     // while paused
-  void remove(PolledNode& node);  // while paused
+  void add(PolledNode& node);     ///< while paused
+  void remove(PolledNode& node);  ///< while paused
 
  private:
   Executor() = default;
@@ -50,11 +50,11 @@ class Executor {
   std::thread thread_;
 };
 
-// Monotonic wall time, ns.
+/// Monotonic wall time, ns.
 std::int64_t steadyNow();
 
-// Lets the allocator keep big buffers instead of giving each back to the kernel: without it most of the time spent on a
-// cloud is page faults. For the whole process.
+/// Lets the allocator keep big buffers instead of giving each back to the kernel: without it most of the time spent on
+/// a cloud is page faults. For the whole process.
 void keepBuffers();
 
 }  // namespace yarm

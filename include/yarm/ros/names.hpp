@@ -1,4 +1,4 @@
-// Names of topics, services and frames: the one C++ source (Python: yarm.ros.names; a test compares them).
+// Names of topics, services and frames: the one C++ source (Python: yarm.ros.common.names; a test compares them).
 // All are relative, so that they can be remapped and pushed into a namespace, but for /clock, /tf and /tf_static.
 #pragma once
 
@@ -19,14 +19,25 @@ inline constexpr char PLANNING_METADATA[] = "planning_metadata";
 inline constexpr char COLLISIONS[] = "collisions";
 inline constexpr char OCCUPANCY[] = "occupancy";
 inline constexpr char PREDICT_NEW_STATE[] = "predict_new_state";
+inline constexpr char SCAN[] = "scan";
+inline constexpr char MAP[] = "map";
+inline constexpr char MAP_METADATA[] = "map_metadata";
+inline constexpr char DYNAMIC_MAP[] = "dynamic_map";
+inline constexpr char STATIC_MAP[] = "static_map";
+inline constexpr char SET_MAP[] = "set_map";
+inline constexpr char AMCL_POSE[] = "amcl_pose";
+inline constexpr char INITIAL_POSE[] = "initialpose";
+inline constexpr char PARTICLE_CLOUD[] = "particlecloud";
+inline constexpr char GLOBAL_LOCALIZATION[] = "global_localization";
+inline constexpr char REQUEST_NOMOTION_UPDATE[] = "request_nomotion_update";
 inline constexpr char DIAGNOSTICS[] = "/diagnostics";
 
-// Depth cloud of overhead camera 1, 2, ...
+/// Depth cloud of overhead camera 1, 2, ...
 inline std::string cameraPoints(int camera) {
   return "mapping_camera_" + std::to_string(camera) + "_mapping_kinect/depth/points";
 }
 
-// Optical frame (x right, y down, z forward) of overhead camera 1, 2, ...
+/// Optical frame (x right, y down, z forward) of overhead camera 1, 2, ...
 inline std::string cameraOpticalFrame(int camera) {
   return "mapping_camera_" + std::to_string(camera) + "_depth_optical_frame";
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "yarm/perception/association.hpp"
+#include "yarm/perception/camera_watch.hpp"
 #include "yarm/perception/merge.hpp"
+#include "yarm/perception/view.hpp"
 #include "yarm/ros/names.hpp"
 #include "yarm/ros/params.hpp"
 
@@ -11,7 +13,7 @@
 
 namespace yarm {
 
-// Lock-step: what is waited for at most, wall time, when the simulator stands still meanwhile.
+/// Lock-step: what is waited for at most, wall time, when the simulator stands still meanwhile.
 inline constexpr double kSyncWaitS = 5.0;
 
 namespace detail {
@@ -31,6 +33,7 @@ struct MergeCloudsParams {
   double tf_wait = 0.05;
   bool sync = false;
   perception::MergeParams merge;
+  perception::ViewParams view;
   double noise_base = merge.noise.base;
   double noise_slope = merge.noise.slope;
   double noise_offset = merge.noise.offset;
@@ -43,7 +46,9 @@ struct MergeCloudsParams {
           "frame each cloud must be in, in the same order; [] for any");
     visit("camera_timeout", p.camera_timeout, "s", Range{0.02, 10.0},
           "wall time after which a set goes on without a camera");
-    visit("sync_tolerance", p.sync_tolerance, "s", Range{0.0, 1.0}, "stamps this close belong to one set");
+    visit(
+        "sync_tolerance", p.sync_tolerance, "s", Range{0.0, 1.0},
+        "stamps this close belong to one set; cameras that are not synchronised are brought together by their period");
     visit("max_frequency", p.max_frequency, "Hz", Range{0.1, 1000.0},
           "sets closer in capture time than this are left out");
     visit("tf_wait", p.tf_wait, "s", Range{0.0, 5.0}, "wall time a cloud waits for its transform before it is dropped");
@@ -55,7 +60,15 @@ struct MergeCloudsParams {
     visit("floor_sigmas", p.merge.floor_sigmas, "", Range{0.0, 20.0},
           "a point must lie above the floor by this many sigmas of its noise; 0 for the plain box");
     visit("absurd_limit", p.merge.absurd_limit, "m", Range{1.0, 10000.0},
-          "a coordinate beyond this, or infinite, makes the whole cloud absurd: it is dropped");
+          "a coordinate beyond this, or infinite, makes a point absurd: it is left out and counted");
+    visit("absurd_share", p.merge.absurd_share, "", Range{0.0, 1.0},
+          "with a larger share of absurd points the whole cloud is dropped");
+    visit("min_view", p.view.min_view, "", Range{0.0, 1.0},
+          "a camera with a smaller share of finite points than this is blind");
+    visit("usual_view", p.view.usual_view, "", Range{0.0, 1.0},
+          "and so is one with less than this part of the share it usually has");
+    visit("least_cameras", p.view.least_cameras, "", Range{0.0, 1.0},
+          "least share of the cameras that must see; with fewer nothing is published and the map grows stale");
   }
 
   perception::MergeParams mergeParams() const {
@@ -89,6 +102,7 @@ struct ClusterAssocParams {
   bool sync = false;
   perception::ClusterParams cluster;
   perception::AssociationParams assoc;
+  perception::CameraWatchParams watch;
 
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
@@ -117,6 +131,9 @@ struct ClusterAssocParams {
           "sets of that window in which an unknown thing must show");
     visit("cloud_spacing", p.assoc.cloud_spacing, "m", Range{0.005, 0.5},
           "point spacing of clouds learnt in calibration");
+    visit("camera_turn_warn", p.watch.warn_deg, "deg", Range{0.05, 90.0},
+          "a camera whose points fit the known static surfaces better when turned by this is reported");
+    visit("camera_turn_error", p.watch.error_deg, "deg", Range{0.05, 90.0}, "and by this, as an error");
     describeGrid(p.assoc.grid, visit);
   }
 

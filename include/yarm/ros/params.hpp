@@ -31,14 +31,14 @@ struct ParamError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Allowed values, both ends included.
+/// Allowed values, both ends included.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
 };
 
 struct Choices {
-  std::vector<std::string> allowed;  // empty: any text
+  std::vector<std::string> allowed;  ///< empty: any text
 };
 
 namespace detail {
@@ -79,7 +79,7 @@ inline std::string valueText(const std::vector<std::string>& values) {
   return text + "]";
 }
 
-// Takes values out of a parameter server's struct, noting every fault.
+/// Takes values out of a parameter server's struct, noting every fault.
 class ParamReader {
  public:
   explicit ParamReader(XmlRpc::XmlRpcValue values) : values_(std::move(values)) {}
@@ -171,7 +171,7 @@ class ParamReader {
   std::string faults_;
 };
 
-// Writes one line a parameter: node, name, default, unit, allowed values, meaning; separated by tabs.
+/// Writes one line a parameter: node, name, default, unit, allowed values, meaning; separated by tabs.
 class ParamTable {
  public:
   ParamTable(std::ostream& out, std::string node) : out_(out), node_(std::move(node)) {}
@@ -190,7 +190,7 @@ class ParamTable {
 
 }  // namespace detail
 
-// A parameter struct from plain values; where: the name used in the message of a ParamError.
+/// A parameter struct from plain values; where: the name used in the message of a ParamError.
 template <class Params>
 Params readParams(const XmlRpc::XmlRpcValue& values, const std::string& where) {
   Params params;
@@ -203,12 +203,12 @@ Params readParams(const XmlRpc::XmlRpcValue& values, const std::string& where) {
   return params;
 }
 
-// The parameters in a node's private namespace. Throws ParamError naming every fault.
+/// The parameters in a node's private namespace. Throws ParamError naming every fault.
 template <class Params>
 Params loadParams(const ros::NodeHandle& handle) {
   XmlRpc::XmlRpcValue values;
   if (!handle.getParam("", values) || values.getType() != XmlRpc::XmlRpcValue::TypeStruct) {
-    values.begin();  // an empty struct
+    values.begin();  ///< an empty struct
   }
   return readParams<Params>(values, handle.getNamespace());
 }

@@ -12,13 +12,13 @@
 
 namespace yarm {
 
-// Hands out objects that come back by themselves when their last owner lets go. Thread-safe; owners may outlive it.
+/// Hands out objects that come back by themselves when their last owner lets go. Thread-safe; owners may outlive it.
 template <class T>
 class Pool {
  public:
   explicit Pool(std::size_t keep = 32) : store_(boost::make_shared<Store>()) { store_->keep = keep; }
 
-  // An object in the state its last owner left it in, or a new one.
+  /// An object in the state its last owner left it in, or a new one.
   boost::shared_ptr<T> acquire() const {
     std::unique_ptr<T> object = store_->take();
     auto store = store_;

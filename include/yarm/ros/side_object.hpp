@@ -22,7 +22,7 @@ boost::shared_ptr<Message> withSide(std::unique_ptr<Message> message, boost::sha
   return boost::shared_ptr<Message>(message.release(), detail::SideDeleter<Message, Side>{std::move(side)});
 }
 
-// The object that travels with the message; empty when there is none.
+/// The object that travels with the message; empty when there is none.
 template <class Side, class Message>
 boost::shared_ptr<Side> sideOf(const boost::shared_ptr<const Message>& message) {
   const auto* deleter = boost::get_deleter<detail::SideDeleter<Message, Side>>(message);

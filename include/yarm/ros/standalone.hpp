@@ -10,7 +10,7 @@
 
 namespace yarm {
 
-// Runs a node until ROS is shut down; 1 when its parameters were refused.
+/// Runs a node until ROS is shut down; 1 when its parameters were refused.
 template <class Node>
 int runStandalone(int argc, char** argv, const char* name) {
   keepBuffers();

@@ -1,6 +1,8 @@
 // Transforms to the world, shared by the nodes of a process; fed on the executor's thread.
 #pragma once
 
+#include "yarm/ros/conversions.hpp"
+
 #include <ros/ros.h>
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
@@ -9,20 +11,19 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace yarm {
 
 class TfSource {
  public:
-  // The process's source; made with the first owner, gone with the last.
+  /// The process's source; made with the first owner, gone with the last.
   static std::shared_ptr<TfSource> shared();
 
-  // World <- frame at a stamp, without waiting; empty with the reason when it cannot be known (yet).
-  std::optional<Eigen::Isometry3d> at(const std::string& frame, std::int64_t stamp_ns, std::string* reason) const;
-  // World <- frame at the newest time known.
-  std::optional<Eigen::Isometry3d> newest(const std::string& frame) const;
+  /// World <- frame at a stamp, without waiting; or the reason why it cannot be known (yet).
+  Read<Eigen::Isometry3d> at(const std::string& frame, std::int64_t stamp_ns) const;
+  /// World <- frame at the newest time known, or the reason why there is none.
+  Read<Eigen::Isometry3d> newest(const std::string& frame) const { return at(frame, 0); }
 
  private:
   TfSource();

@@ -1,29 +1,39 @@
-"""Work a state does in the background: what every kind of it has in common."""
+"""What a state does in the background: what every kind of activity has in common."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import List, Optional
 
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import Action, GoalDone, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.messages import Action, GoalDone, TaskView
-from yarm.commander.world import World
+
+
+class Ending(str, Enum):
+    """How work ended, as CommanderStatus.msg writes it."""
+
+    NONE = ""
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    STOPPED = "stopped"
 
 
 @dataclass(frozen=True)
 class Result:
-    """How work ended: outcome "succeeded", "failed" or "stopped", and why."""
+    """How work ended, and why."""
 
-    outcome: str
+    outcome: Ending
     reason: str = ""
 
 
-class Work:
+class Activity:
     """Background work of a state. ``result`` is None while it goes on; ``reason`` says what it waits for."""
 
-    def __init__(self, world: World) -> None:
-        """Work on a world; nothing is sent before ``start``."""
-        self.world = world
+    def __init__(self, cell: CellState) -> None:
+        """In a cell as it is known; nothing is sent before ``start``."""
+        self.cell = cell
         self.result: Optional[Result] = None
         self.reason = ""
 
@@ -43,13 +53,13 @@ class Work:
         """Its tasks, for the status."""
         return []
 
-    def finish(self, outcome: str, reason: str = "") -> None:
+    def finish(self, outcome: Ending, reason: str = "") -> None:
         """End the work."""
         self.result = Result(outcome, reason)
         self.reason = reason
 
 
-class Stopping(Work):
+class Stopping(Activity):
     """Waits until every goal of a mission has ended: robots end at their present waypoint."""
 
     def start(self, now_s: float) -> List[Action]:
@@ -58,21 +68,21 @@ class Stopping(Work):
 
     def advance(self, now_s: float) -> List[Action]:
         """Done when nobody moves any more."""
-        moving = sorted(goal.robot for goal in stoppable(self.world))
+        moving = sorted(goal.robot for goal in stoppable(self.cell))
         self.reason = f"waiting for {', '.join(moving)} to reach the present waypoint" if moving else ""
         if not moving:
-            self.finish("stopped")
+            self.finish(Ending.STOPPED)
         return []
 
 
-def stoppable(world: World) -> List[ActiveGoal]:
+def stoppable(cell: CellState) -> List[ActiveGoal]:
     """Active goals that belong to a state's work (switching a manipulator does not)."""
-    return world.goals.of(Purpose.STEP, Purpose.CALIBRATION, Purpose.CLEANUP)
+    return cell.goals.of(Purpose.STEP, Purpose.CALIBRATION, Purpose.CLEANUP)
 
 
-def cancel_all(world: World, now_s: float, why: str) -> List[Action]:
+def cancel_all(cell: CellState, now_s: float, why: str) -> List[Action]:
     """Cancel every goal of the state's work."""
     actions: List[Action] = []
-    for goal in stoppable(world):
-        actions += world.goals.cancel(goal.robot, now_s, why)
+    for goal in stoppable(cell):
+        actions += cell.goals.cancel(goal.robot, now_s, why)
     return actions

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from typing import Dict, List, Optional
 
+from yarm.commander.activity import Activity, Ending, cancel_all
 from yarm.commander.answers import Answer, AnswerError, parse_answer
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import Action, GoalDone, Outcome, SetAssociation, Target
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.messages import Action, GoalDone, Outcome, SetAssociation, Target
-from yarm.commander.work import Work, cancel_all
-from yarm.commander.world import World
+from yarm.control.actions import MobileAction
 
 
-class Calibration(Work):
+class Calibration(Activity):
     """Association off for a while, on, then a CALIBRATION goal to every robot; done when all have succeeded."""
 
-    def __init__(self, world: World, off_since_s: Optional[float]) -> None:
+    def __init__(self, cell: CellState, off_since_s: Optional[float]) -> None:
         """Calibrate.
 
         Args:
-            world: the world.
+            cell: the cell as it is known.
             off_since_s: since when association has been off; None to switch it off first (a redo).
         """
-        super().__init__(world)
+        super().__init__(cell)
         self._off_since_s = off_since_s
         self._started_s = 0.0
         self._on_s: Optional[float] = None
@@ -41,11 +42,11 @@ class Calibration(Work):
             return self._settle(now_s)
         actions: List[Action] = []
         for robot in self._robots():
-            if robot not in self._answers and robot not in self.world.goals.active:
+            if robot not in self._answers and robot not in self.cell.goals.active:
                 actions += self._ask(robot, now_s)
-        late = [g for g in self.world.goals.of(Purpose.CALIBRATION) if self._late(g, now_s)]
+        late = [g for g in self.cell.goals.of(Purpose.CALIBRATION) if self._late(g, now_s)]
         if late:
-            limit = self.world.params.calibration_timeout_s
+            limit = self.cell.params.calibration_timeout_s
             return actions + self._fail(f"{late[0].robot} has not calibrated within {limit:g} s", now_s)
         waiting = [robot for robot in self._robots() if robot not in self._answers]
         self.reason = f"waiting for {', '.join(waiting)}" if waiting else ""
@@ -66,38 +67,38 @@ class Calibration(Work):
         return []
 
     def _robots(self) -> List[str]:
-        return self.world.mobiles + self.world.manipulators
+        return self.cell.mobiles + self.cell.manipulators
 
     def _late(self, goal: ActiveGoal, now_s: float) -> bool:
-        return now_s - goal.sent_s > self.world.params.calibration_timeout_s
+        return now_s - goal.sent_s > self.cell.params.calibration_timeout_s
 
     def _settle(self, now_s: float) -> List[Action]:
         off_since = self._off_since_s if self._off_since_s is not None else now_s
-        if self.world.map is None or not self._robots():
-            missing = "map on planning_metadata" if self.world.map is None else "robot in object_registry"
+        if self.cell.map is None or not self._robots():
+            missing = "map on planning_metadata" if self.cell.map is None else "robot in object_registry"
             self.reason = f"waiting for the first {missing}"
             return []
-        if now_s - off_since < self.world.params.settle_s:
+        if now_s - off_since < self.cell.params.settle_s:
             self.reason = "association is off while perception learns the clouds"
             return []
         self._on_s = now_s
         return [SetAssociation(True), *self.advance(now_s)]
 
     def _ask(self, robot: str, now_s: float) -> List[Action]:
-        if robot in self.world.connected:
-            return [self.world.goals.send(robot, Purpose.CALIBRATION, "CALIBRATION", now_s)]
+        if robot in self.cell.connected:
+            return [self.cell.goals.send(robot, Purpose.CALIBRATION, MobileAction.CALIBRATE.value, now_s)]
         waited = now_s - (self._on_s if self._on_s is not None else now_s)
-        if waited > self.world.params.server_timeout_s:
-            limit = self.world.params.server_timeout_s
+        if waited > self.cell.params.server_timeout_s:
+            limit = self.cell.params.server_timeout_s
             return self._fail(f"no action server {robot}/move_robot within {limit:g} s", now_s)
         return []
 
     def _fail(self, reason: str, now_s: float) -> List[Action]:
-        self.finish("failed", reason)
-        return cancel_all(self.world, now_s, reason)
+        self.finish(Ending.FAILED, reason)
+        return cancel_all(self.cell, now_s, reason)
 
     def _succeed(self) -> None:
-        self.world.answers = dict(self._answers)
-        for name, robot in self.world.robots.items():
-            self.world.homes.setdefault(name, Target(robot.x, robot.y, robot.yaw_rad))
-        self.finish("succeeded")
+        self.cell.answers = dict(self._answers)
+        for name, robot in self.cell.robots.items():
+            self.cell.homes.setdefault(name, Target(robot.x, robot.y, robot.yaw_rad))
+        self.finish(Ending.SUCCEEDED)

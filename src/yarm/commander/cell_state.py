@@ -1,21 +1,23 @@
-"""What the Commander knows of the cell: the newest map, its robots on the grid, servers, holds and goals."""
+"""What the Commander knows of the cell: the newest map, its robots on the grid, servers, holds, goals and tasks."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Mapping, Optional, Set, Tuple
+from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
-import numpy.typing as npt
 
 from yarm.commander.answers import Answer
+from yarm.commander.events import Target
 from yarm.commander.goals import GoalBook
-from yarm.commander.messages import Target
 from yarm.commander.params import CommanderParams
 from yarm.commander.shapes import RobotShape
+from yarm.control.sander.states import SanderState
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
-from yarm.planning.types import Column, Goal, PlanRequest, Robot, Waypoint
+from yarm.geometry.kinds import ObjectKind
+from yarm.planning.model.types import Column, Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
+from yarm.planning.tasks.task_queue import TaskQueue
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +49,11 @@ class TrackedRobot:
 
     def distance_to(self, spec: GridSpec, column: Column) -> float:
         """Horizontal distance from the end effector to the centre of a column, metres."""
-        x, y = spec.column_center(column)
+        x, y = spec.column_centre(column)
         return math.hypot(x - self.x, y - self.y)
 
 
-class World:
+class CellState:
     """Everything that events bring and work needs; one for each Commander."""
 
     def __init__(self, params: CommanderParams) -> None:
@@ -61,13 +63,13 @@ class World:
         self.kinds: Dict[str, str] = {}
         self.shapes: Dict[str, RobotShape] = {}
         self.connected: Set[str] = set()
-        self.sander: Dict[str, int] = {}
+        self.sander: Dict[str, SanderState] = {}
         self.holds: Dict[str, str] = {}
         self.answers: Dict[str, Answer] = {}
         self.homes: Dict[str, Target] = {}
         self.map: Optional[CellMap] = None
         self.robots: Dict[str, TrackedRobot] = {}
-        self.leaving: Set[str] = set()
+        self.queue = TaskQueue(params.planner_params)
         self._goal_columns: Dict[str, Column] = {}
 
     def forget_poses(self) -> None:
@@ -77,18 +79,18 @@ class World:
         self.answers = {}
         self.homes = {}
         self.holds = {}
-        self.leaving = set()
+        self.queue.see(())
         self._goal_columns = {}
 
     @property
     def mobiles(self) -> List[str]:
         """Names of the mobile robots, ordered."""
-        return sorted(name for name, kind in self.kinds.items() if kind == "Mobile")
+        return sorted(name for name, kind in self.kinds.items() if kind == ObjectKind.MOBILE)
 
     @property
     def manipulators(self) -> List[str]:
         """Names of the manipulators, ordered."""
-        return sorted(name for name, kind in self.kinds.items() if kind == "Manipulator")
+        return sorted(name for name, kind in self.kinds.items() if kind == ObjectKind.MANIPULATOR)
 
     def of_kind(self, kind: str) -> List[MappedObject]:
         """Objects of a kind on the map, ordered by name."""
@@ -99,33 +101,34 @@ class World:
         """Track every robot and goal on a new map."""
         self.map = cell_map
         self.robots = {found.name: self._track(found, cell_map.spec) for found in self.of_kind("Mobile")}
-        present = set(cell_map.objects)
-        self.leaving &= present
+        self.queue.see(cell_map.objects)
         columns = {}
-        for thing in self.of_kind("Debris") + self.of_kind("Target"):
+        for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET):
             columns[thing.name] = self._held(cell_map.spec, thing.position_m, self._goal_columns.get(thing.name))
         self._goal_columns = columns
 
     def open_goals(self) -> Dict[str, Goal]:
         """Debris and targets on the map that are not being deleted, by name."""
-        goals = {}
-        for thing in self.of_kind("Debris") + self.of_kind("Target"):
-            if thing.name not in self.leaving:
-                goals[thing.name] = Goal(thing.name, thing.kind, self._goal_columns[thing.name], thing.cells)
+        goals, leaving = {}, self.queue.leaving
+        for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET):
+            if thing.name not in leaving:
+                goals[thing.name] = Goal(thing.name, GoalKind(thing.kind), self._goal_columns[thing.name], thing.cells)
         return goals
 
-    def private_columns(self, margin: int = 0) -> BoolArray:
-        """Columns (gx, gy) of all manipulators' private areas, grown by a margin of columns."""
-        spec = self._spec()
-        columns = np.zeros(spec.shape[:2], dtype=bool)
+    def private_areas(self, margin: int = 0) -> Dict[str, BoolArray]:
+        """Columns (gx, gy) of each manipulator's private area, inflated by a margin of columns, by its name."""
+        spec = self.spec
+        areas = {}
         for name, answer in sorted(self.answers.items()):
-            if name in self.kinds:
-                columns |= answer.private_columns(spec)
-        for _ in range(margin):
-            grown = columns.copy()
-            for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-                grown |= _moved(columns, dx, dy)
-            columns = grown
+            if name in self.kinds and answer.space == "SWITCH":
+                areas[name] = _inflated(answer.private_columns(spec), margin)
+        return areas
+
+    def private_columns(self, margin: int = 0) -> BoolArray:
+        """Columns (gx, gy) of all manipulators' private areas together, inflated by a margin of columns."""
+        columns = np.zeros(self.spec.shape[:2], dtype=bool)
+        for area in self.private_areas(margin).values():
+            columns |= area
         return columns
 
     def request(
@@ -133,12 +136,25 @@ class World:
     ) -> PlanRequest:
         """The planning step for the newest map."""
         objects = self.map.objects if self.map is not None else {}
-        others = {name: o.cells for name, o in objects.items() if o.kind != "Mobile" and name not in goals}
+        others = {name: o.cells for name, o in objects.items() if o.kind != ObjectKind.MOBILE and name not in goals}
+        others.update({name: self.robots[name].cells for name in self.outside})
         robots = tuple(
             Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask)
-            for _, robot in sorted(self.robots.items())
+            for name, robot in sorted(self.robots.items())
+            if name not in self.outside
         )
-        return PlanRequest(self._spec(), self._occupancy(), robots, goals, dict(assignments), others, forbidden)
+        return PlanRequest(self.spec, self._standing(robots), robots, goals, dict(assignments), others, forbidden)
+
+    @property
+    def outside(self) -> Tuple[str, ...]:
+        """Robots whose end effector is in no column of the grid, ordered; to the planner they are obstacles."""
+        gx, gy = self.spec.shape[:2]
+        inside = {name for name, r in self.robots.items() if 0 <= r.column[0] < gx and 0 <= r.column[1] < gy}
+        return tuple(sorted(set(self.robots) - inside))
+
+    def occupied_but(self, name: str) -> BoolArray:
+        """(gx, gy, gz) cells that everything but one robot fills, other robots by their masks."""
+        return self._standing((), solid=[other for other in self.robots if other != name])
 
     def at(self, robot: TrackedRobot, goal: Goal) -> bool:
         """A robot is at a goal: in its column, and at its heading where it has one."""
@@ -148,29 +164,35 @@ class World:
 
     def target_of(self, step: Waypoint) -> Target:
         """Pose of an end effector at a waypoint."""
-        x, y = self._spec().column_center(step.column)
+        x, y = self.spec.column_centre(step.column)
         return Target(x, y, step.yaw_rad)
 
-    def _spec(self) -> GridSpec:
+    @property
+    def spec(self) -> GridSpec:
+        """The grid of the newest map."""
         return self.map.spec if self.map is not None else GridSpec()
 
-    def _occupancy(self) -> npt.NDArray[np.int8]:
-        """Live grid in which the robots fill the cells of their masks, not those the cameras took for theirs."""
+    def _standing(self, robots: Sequence[Robot], solid: Optional[Sequence[str]] = None) -> BoolArray:
+        """The map (gx, gy, gz) without robots: neither the cells the cameras took for theirs nor those of their masks.
+
+        What is being deleted is gone from it too. Robots named ``solid`` (those outside the volume, when None) stand in
+        it by their masks.
+        """
         if self.map is None:
-            return np.zeros(self._spec().shape, dtype=np.int8)
-        occupied: npt.NDArray[np.int8] = (self.map.grid != 0).astype(np.int8)
-        for found in self.of_kind("Mobile"):
-            occupied[tuple(found.cells.T)] = 0
-        for name, found in self.map.objects.items():
-            if name in self.leaving:
-                occupied[tuple(found.cells.T)] = 0
-        for name, found in self.map.objects.items():
-            if found.kind != "Mobile" and name not in self.leaving:
-                occupied[tuple(found.cells.T)] = 1
-        for robot in self.robots.values():
-            cells = robot.cells
-            occupied[tuple(cells[self.map.spec.contains(cells)].T)] = 1
-        return occupied
+            return np.zeros(self.spec.shape, dtype=np.bool_)
+        standing: BoolArray = self.map.grid != 0
+        objects, leaving = self.map.objects, self.queue.leaving
+        gone = [found for name, found in objects.items() if found.kind == ObjectKind.MOBILE or name in leaving]
+        there = [found for name, found in objects.items() if found.kind != ObjectKind.MOBILE and name not in leaving]
+        for found in gone:
+            standing[tuple(found.cells.T)] = False
+        for found in there:
+            standing[tuple(found.cells.T)] = True
+        standing = without_robots(self.map.spec, standing, robots)
+        for name in self.outside if solid is None else solid:
+            cells = self.robots[name].cells
+            standing[tuple(cells[self.spec.contains(cells)].T)] = True
+        return standing
 
     def _track(self, found: MappedObject, spec: GridSpec) -> TrackedRobot:
         x, y = found.position_m[:2]
@@ -200,10 +222,20 @@ class World:
         """Column of a point: the first candidate whose centre is near enough, else the one it lies in."""
         for candidate in candidates:
             if candidate is not None:
-                x, y = spec.column_center(candidate)
+                x, y = spec.column_centre(candidate)
                 if max(abs(position[0] - x), abs(position[1] - y)) <= self.params.arrival_tolerance_m:
                     return candidate
         return spec.column_of(position[:2])
+
+
+def _inflated(columns: BoolArray, margin: int) -> BoolArray:
+    """Columns with their neighbours on four sides, so many times over."""
+    for _ in range(margin):
+        inflated = columns.copy()
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            inflated |= _moved(columns, dx, dy)
+        columns = inflated
+    return columns
 
 
 def _moved(columns: BoolArray, dx: int, dy: int) -> BoolArray:

@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Set
+from typing import List, Set
 
+from yarm.commander.activity import Activity, Ending
 from yarm.commander.assignment import HomeAssignments
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import Action, DeleteDone, GoalDone, Log, Outcome, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.messages import Action, DeleteDone, GoalDone, Outcome, Say, TaskView
 from yarm.commander.mission import Mission, Tools
-from yarm.commander.work import Work
-from yarm.commander.world import World
-from yarm.planning.types import Goal
+from yarm.control.actions import ArmAction
+from yarm.planning.model.types import Goal, GoalKind
 
 
-def home_goals(world: World) -> Dict[str, Goal]:
-    """Where each robot on the map started, by robot."""
-    goals = {}
-    for robot, home in sorted(world.homes.items()):
-        if robot in world.robots and world.map is not None:
-            column = world.map.spec.column_of((home.x, home.y))
-            goals[robot] = Goal(f"home/{robot}", "Home", column, yaw_rad=home.yaw_rad, robot=robot)
+def home_goals(cell: CellState) -> List[Goal]:
+    """Where each robot on the map started, ordered by robot."""
+    goals = []
+    for robot, home in sorted(cell.homes.items()):
+        if robot in cell.robots and cell.map is not None:
+            column = cell.map.spec.column_of((home.x, home.y))
+            goals.append(Goal(f"home/{robot}", GoalKind.HOME, column, yaw_rad=home.yaw_rad, robot=robot))
     return goals
 
 
-class Cleanup(Work):
+class Cleanup(Activity):
     """Everybody home, then every manipulator to storage."""
 
-    def __init__(self, world: World, tools: Tools) -> None:
+    def __init__(self, cell: CellState, tools: Tools) -> None:
         """Clean up."""
-        super().__init__(world)
-        self._way_home = Mission(world, tools, HomeAssignments(home_goals(world)))
+        super().__init__(cell)
+        self._way_home = Mission(cell, tools, HomeAssignments(cell.queue, home_goals(cell)))
         self._stored: Set[str] = set()
         self._retry_s = 0.0
 
@@ -43,8 +44,8 @@ class Cleanup(Work):
             actions = self._way_home.advance(now_s)
             self.reason = self._way_home.reason
             return actions
-        if self._way_home.result.outcome != "succeeded":
-            self.finish("failed", self._way_home.result.reason)
+        if self._way_home.result.outcome is not Ending.SUCCEEDED:
+            self.finish(Ending.FAILED, self._way_home.result.reason)
             return []
         return self._store(now_s)
 
@@ -57,9 +58,9 @@ class Cleanup(Work):
         if event.outcome is Outcome.SUCCEEDED:
             self._stored.add(goal.robot)
             return []
-        self._retry_s = now_s + self.world.params.retry_s
+        self._retry_s = now_s + self.cell.params.retry_s
         self.reason = f"{goal.robot} is not in storage: {event.outcome.value} {event.message}".rstrip()
-        return [Say("warn", self.reason)]
+        return [Log("warn", self.reason)]
 
     def delete_done(self, event: DeleteDone) -> List[Action]:
         """Deletions of an earlier mission may still be answered."""
@@ -67,22 +68,22 @@ class Cleanup(Work):
 
     def tasks(self) -> List[TaskView]:
         """The ways home."""
-        return [view for view in self._way_home.tasks() if view.kind == "Home"]
+        return [view for view in self._way_home.tasks() if view.kind == GoalKind.HOME]
 
     def _store(self, now_s: float) -> List[Action]:
-        world = self.world
-        missing = [name for name in world.manipulators if name in world.answers and name not in self._stored]
+        cell = self.cell
+        missing = [name for name in cell.manipulators if name in cell.answers and name not in self._stored]
         if not missing:
-            self.finish("succeeded")
+            self.finish(Ending.SUCCEEDED)
             return []
         actions: List[Action] = []
         for name in missing:
-            goal = world.goals.active.get(name)
+            goal = cell.goals.active.get(name)
             if goal is not None and goal.purpose is Purpose.CLEANUP:
-                if now_s - goal.sent_s > world.params.cleanup_timeout_s:
-                    limit = world.params.cleanup_timeout_s
-                    actions += world.goals.cancel(name, now_s, f"not in storage within {limit:g} s")
-                    self.finish("failed", f"{name} is not in storage within {limit:g} s")
-            elif name in world.connected and now_s >= self._retry_s:
-                actions.append(world.goals.send(name, Purpose.CLEANUP, "CLEANUP", now_s))
+                if now_s - goal.sent_s > cell.params.cleanup_timeout_s:
+                    limit = cell.params.cleanup_timeout_s
+                    actions += cell.goals.cancel(name, now_s, f"not in storage within {limit:g} s")
+                    self.finish(Ending.FAILED, f"{name} is not in storage within {limit:g} s")
+            elif name in cell.connected and now_s >= self._retry_s:
+                actions.append(cell.goals.send(name, Purpose.CLEANUP, ArmAction.CLEANUP.value, now_s))
         return actions

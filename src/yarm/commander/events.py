@@ -10,8 +10,9 @@ from enum import Enum
 from typing import Mapping, Optional, Tuple, Union
 
 from yarm.commander.shapes import RobotShape
+from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
-from yarm.planning.types import FleetPlan, PlanRequest
+from yarm.planning.model.types import FleetPlan, PlanRequest
 
 
 class Outcome(Enum):
@@ -59,11 +60,11 @@ class GoalDone:
 
 
 @dataclass(frozen=True)
-class SanderState:
-    """State number of a manipulator's sander (4 = at work on the part)."""
+class SanderChange:
+    """A manipulator's sander is in a state."""
 
     robot: str
-    state: int
+    state: SanderState
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class ClockReset:
     """Simulated time has gone backwards: the simulator was started again."""
 
 
-Event = Union[MapUpdate, RegistryUpdate, ServerUpdate, GoalDone, SanderState, Hold, DeleteDone, Tick, ClockReset]
+Event = Union[MapUpdate, RegistryUpdate, ServerUpdate, GoalDone, SanderChange, Hold, DeleteDone, Tick, ClockReset]
 
 
 @dataclass(frozen=True)
@@ -146,8 +147,9 @@ class ShowPlan:
         request: what was asked.
         plan: the answer.
         sent: robots that are sent a step.
-        refused: why the checker kept steps back; empty when all were safe.
+        refused: what the checker has against the plan; empty when all of it is safe, or it was not asked.
         check_ms: wall time of the check, ms.
+        refusals: plans of this mission, this one included, that the checker had something against.
     """
 
     request: PlanRequest
@@ -155,18 +157,32 @@ class ShowPlan:
     sent: Tuple[str, ...] = ()
     refused: str = ""
     check_ms: float = 0.0
+    refusals: int = 0
 
 
 @dataclass(frozen=True)
-class Say:
+class Log:
     """Something a person should read; level is "info" or "warn"."""
 
     level: str
     text: str
 
 
-Action = Union[SendGoal, CancelGoal, SetAssociation, DeleteObject, ShowPlan, Say]
+Action = Union[SendGoal, CancelGoal, SetAssociation, DeleteObject, ShowPlan, Log]
 Actions = Tuple[Action, ...]
+
+
+class TaskState(str, Enum):
+    """What has become of a task, as TaskStatus.msg writes it."""
+
+    WAITING = "waiting"
+    ASSIGNED = "assigned"
+    MOVING = "moving"
+    REACHED = "reached"
+    BACKING_OUT = "backing_out"
+    UNREACHABLE = "unreachable"
+    STOPPED = "stopped"
+    FAILED = "failed"
 
 
 @dataclass(frozen=True)
@@ -176,6 +192,6 @@ class TaskView:
     robot: str
     goal: str
     kind: str
-    status: str
+    status: TaskState
     reason: str = ""
     distance_left_m: float = float("nan")

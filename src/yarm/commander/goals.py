@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Dict, List, Optional
 
-from yarm.commander.messages import CancelGoal, GoalDone, SendGoal, Target
+from yarm.commander.events import CancelGoal, GoalDone, SendGoal, Target
 from yarm.geometry import wrap_angle
+from yarm.robots.ankurbot import ARM_REACH_M
 
 
 class Purpose(Enum):
@@ -51,14 +52,12 @@ class ActiveGoal:
 
 PROGRESS_M = 0.02
 """A robot has moved when its distance measure has fallen by this, metres."""
-REACH_M = 1.3
-"""An angle counts as the way of a point this far from the end effector, metres."""
 
 
 def remaining(target: Target, x: float, y: float, yaw_rad: float) -> float:
-    """How far a robot is from its target: metres to go plus the way its body still has to turn."""
+    """How far a robot is from its target: metres to go plus the way its body's centre still has to turn."""
     turn = abs(wrap_angle(target.yaw_rad - yaw_rad))
-    return math.hypot(target.x - x, target.y - y) + REACH_M * turn
+    return math.hypot(target.x - x, target.y - y) + ARM_REACH_M * turn
 
 
 class GoalBook:

@@ -12,11 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Dict, List, Optional, Tuple, Type
 
+from yarm.commander.activity import Activity, Ending, Result, Stopping, cancel_all, stoppable
 from yarm.commander.assignment import QueuedAssignments
 from yarm.commander.calibration import Calibration
+from yarm.commander.cell_state import CellState
 from yarm.commander.cleanup import Cleanup
-from yarm.commander.goals import Purpose
-from yarm.commander.messages import (
+from yarm.commander.events import (
     Action,
     Actions,
     ClockReset,
@@ -24,23 +25,22 @@ from yarm.commander.messages import (
     Event,
     GoalDone,
     Hold,
+    Log,
     MapUpdate,
     Outcome,
     RegistryUpdate,
-    SanderState,
-    Say,
+    SanderChange,
     ServerUpdate,
     SetAssociation,
     TaskView,
     Tick,
 )
+from yarm.commander.goals import Purpose
 from yarm.commander.mission import Mission, Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request, Situation, decide
 from yarm.commander.states import MISSION_STATES, TABLE, State, Trigger, check_table
 from yarm.commander.supervision import Supervisor
-from yarm.commander.work import Result, Stopping, Work, cancel_all, stoppable
-from yarm.commander.world import World
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Status:
     state: State
     busy: bool
     tasks: Tuple[TaskView, ...]
-    outcome: str
+    outcome: Ending
     reason: str
     elapsed_s: float
 
@@ -70,12 +70,12 @@ class Commander:
         """In state IDLE."""
         check_table(TABLE)
         self.params = params
-        self.world = World(params)
+        self.cell = CellState(params)
         self.state = State.IDLE
         self._tools = tools
-        self._supervisor = Supervisor(self.world)
-        self._work: Optional[Work] = None
-        self._result = Result("")
+        self._supervisor = Supervisor(self.cell)
+        self._work: Optional[Activity] = None
+        self._result = Result(Ending.NONE)
         self._last_tasks: Tuple[TaskView, ...] = ()
         self._entered_s = 0.0
         self._off_since_s: Optional[float] = None
@@ -87,7 +87,7 @@ class Commander:
             RegistryUpdate: self._on_registry,
             ServerUpdate: self._on_server,
             GoalDone: self._on_goal_done,
-            SanderState: self._on_sander,
+            SanderChange: self._on_sander,
             Hold: self._on_hold,
             DeleteDone: self._on_deleted,
             Tick: self._on_tick,
@@ -105,9 +105,19 @@ class Commander:
         reason = self._fault or (self._work.reason if self._work is not None else self._result.reason)
         return Status(self.state, self.busy, tasks, self._result.outcome, reason, max(0.0, now_s - self._entered_s))
 
+    def objection(self, now_s: float) -> str:
+        """Why nothing that moves may move, as far as the Commander can tell; empty when it may."""
+        limit = self.params.stale_map_s
+        if self._map_seen_s is None:
+            return "no planning_metadata yet"
+        if now_s - self._map_seen_s > limit:
+            return f"no new planning_metadata for more than {limit:g} s"
+        lost = self._lost_servers()
+        return f"the action server of {', '.join(lost)} is lost" if lost else ""
+
     def request(self, request: Request, now_s: float) -> Tuple[Reply, Actions]:
         """Answer a request for a change of state; the work it starts goes on in ``step``."""
-        succeeded = self._result.outcome == "succeeded"
+        succeeded = self._result.outcome is Ending.SUCCEEDED
         verdict = decide(request, Situation(self.state, self.busy, succeeded, self._result.reason))
         row = verdict.transition
         if row is None:
@@ -128,27 +138,28 @@ class Commander:
         if self._work is not None:
             self._last_tasks = tuple(self._work.tasks())
         if stops and not leaving_mission:
-            actions += cancel_all(self.world, now_s, f"stopped on the way to {state.name}")
+            actions += cancel_all(self.cell, now_s, f"stopped on the way to {state.name}")
         self.state, self._entered_s, self._work = state, now_s, None
-        self._result = Result("stopped") if stops else Result("")
+        self._result = Result(Ending.STOPPED if stops else Ending.NONE)
         if state is State.STARTED:
             self._off_since_s = now_s
             actions.append(SetAssociation(False))
         if state is State.CALIBRATION:
-            self._work = Calibration(self.world, None if redo else self._off_since_s)
+            self._work = Calibration(self.cell, None if redo else self._off_since_s)
         elif state in MISSION_STATES:
             self._work = self._mission()
         elif state is State.CLEANUP:
-            self._work = Cleanup(self.world, self._tools)
-        elif stops and stoppable(self.world):
-            self._work = Stopping(self.world)
+            self._work = Cleanup(self.cell, self._tools)
+        elif stops and stoppable(self.cell):
+            self._work = Stopping(self.cell)
         if self._work is not None and not stops:
             self._last_tasks = ()
-        actions.append(Say("info", f"state {int(state)} {state.name}"))
+        actions.append(Log("info", f"state {int(state)} {state.name}"))
         return actions + (self._work.start(now_s) if self._work is not None else []) + self._settle_work(now_s)
 
     def _mission(self) -> Mission:
-        return Mission(self.world, self._tools, QueuedAssignments(), self.state is State.BOUNDED)
+        assignments = QueuedAssignments(self.cell.queue)
+        return Mission(self.cell, self._tools, assignments, self.state is State.BOUNDED)
 
     def _advance(self, now_s: float) -> List[Action]:
         """Let the work go on, unless a fault stops everything."""
@@ -165,19 +176,21 @@ class Commander:
         self._result, self._work = work.result, None
         if not isinstance(work, Stopping):
             self._last_tasks = tuple(work.tasks())
-        level = "warn" if work.result.outcome == "failed" else "info"
-        actions: List[Action] = [Say(level, f"{self.state.name} {work.result.outcome} {work.result.reason}".rstrip())]
+        level = "warn" if work.result.outcome is Ending.FAILED else "info"
+        actions: List[Action] = [
+            Log(level, f"{self.state.name} {work.result.outcome.value} {work.result.reason}".rstrip())
+        ]
         resume = self._resume
-        if self.state is State.CALIBRATION and resume is not None and work.result.outcome == "succeeded":
+        if self.state is State.CALIBRATION and resume is not None and work.result.outcome is Ending.SUCCEEDED:
             self._resume = None
             actions += self._enter(resume, now_s, redo=False, stops=False)
         return actions
 
     def _overdue(self, now_s: float) -> List[Action]:
         actions: List[Action] = []
-        for goal in self.world.goals.overdue(now_s, self.params.cancel_timeout_s):
+        for goal in self.cell.goals.overdue(now_s, self.params.cancel_timeout_s):
             text = f"{goal.robot} has not ended its cancelled goal within {self.params.cancel_timeout_s:g} s"
-            actions.append(Say("warn", text))
+            actions.append(Log("warn", text))
             actions += self._on_goal_done(GoalDone(goal.robot, goal.serial, Outcome.LOST, text), now_s)
         return actions
 
@@ -186,47 +199,50 @@ class Commander:
             return []
         self._fault = fault
         if not fault:
-            return [Say("info", "the fault is gone, the work goes on")]
-        steps = self.world.goals.of(Purpose.STEP)
-        actions: List[Action] = [Say("warn", fault)] if steps or self.busy else []
+            return [Log("info", "the fault is gone, the work goes on")]
+        steps = self.cell.goals.of(Purpose.STEP)
+        actions: List[Action] = [Log("warn", fault)] if steps or self.busy else []
         for goal in steps:
-            actions += self.world.goals.cancel(goal.robot, now_s, fault)
+            actions += self.cell.goals.cancel(goal.robot, now_s, fault)
         return actions
 
     def _find_fault(self, now_s: float) -> str:
         limit = self.params.stale_map_s
         if self.busy and self._map_seen_s is not None and now_s - self._map_seen_s > limit:
             return f"no new planning_metadata for more than {limit:g} s: every robot is stopped"
-        lost = [name for name in self.world.mobiles + self.world.manipulators if name not in self.world.connected]
+        lost = self._lost_servers()
         if self.busy and lost and not isinstance(self._work, Calibration):
             return f"the action server of {', '.join(lost)} is lost: every robot is stopped"
         return ""
 
+    def _lost_servers(self) -> List[str]:
+        return [name for name in self.cell.mobiles + self.cell.manipulators if name not in self.cell.connected]
+
     def _on_map(self, event: MapUpdate, now_s: float) -> List[Action]:
         self._map_seen_s = event.map.stamp_s
-        self.world.take_map(event.map)
+        self.cell.take_map(event.map)
         actions = self._set_fault(self._find_fault(now_s), now_s)
         actions += self._supervisor.on_map(now_s)
         return actions + self._advance(now_s)
 
     def _on_registry(self, event: RegistryUpdate, now_s: float) -> List[Action]:
-        self.world.kinds = dict(event.kinds)
-        self.world.shapes = dict(event.shapes)
+        self.cell.kinds = dict(event.kinds)
+        self.cell.shapes = dict(event.shapes)
         return []
 
     def _on_server(self, event: ServerUpdate, now_s: float) -> List[Action]:
         if event.connected:
-            self.world.connected.add(event.robot)
+            self.cell.connected.add(event.robot)
         else:
-            self.world.connected.discard(event.robot)
-            goal = self.world.goals.active.get(event.robot)
+            self.cell.connected.discard(event.robot)
+            goal = self.cell.goals.active.get(event.robot)
             if goal is not None:
                 done = GoalDone(event.robot, goal.serial, Outcome.LOST, "its action server is gone")
                 return self._on_goal_done(done, now_s) + self._set_fault(self._find_fault(now_s), now_s)
         return self._set_fault(self._find_fault(now_s), now_s)
 
     def _on_goal_done(self, event: GoalDone, now_s: float) -> List[Action]:
-        goal = self.world.goals.end(event)
+        goal = self.cell.goals.end(event)
         if goal is None:
             return []
         if goal.purpose is Purpose.SWITCH:
@@ -235,15 +251,15 @@ class Commander:
             return []
         return self._work.goal_done(goal, event, now_s) + self._advance(now_s)
 
-    def _on_sander(self, event: SanderState, now_s: float) -> List[Action]:
-        self.world.sander[event.robot] = event.state
+    def _on_sander(self, event: SanderChange, now_s: float) -> List[Action]:
+        self.cell.sander[event.robot] = event.state
         return []
 
     def _on_hold(self, event: Hold, now_s: float) -> List[Action]:
         if event.held:
-            self.world.holds[event.robot] = event.reason
+            self.cell.holds[event.robot] = event.reason
         else:
-            self.world.holds.pop(event.robot, None)
+            self.cell.holds.pop(event.robot, None)
         return []
 
     def _on_deleted(self, event: DeleteDone, now_s: float) -> List[Action]:
@@ -256,11 +272,11 @@ class Commander:
 
     def _on_clock_reset(self, event: ClockReset, now_s: float) -> List[Action]:
         """The simulator was started again: everything learnt is void; a mission starts over after calibration."""
-        self.world.goals.active.clear()
-        self.world.forget_poses()
+        self.cell.goals.active.clear()
+        self.cell.forget_poses()
         self._supervisor.reset()
         self._map_seen_s, self._fault, self._entered_s = None, "", now_s
-        actions: List[Action] = [Say("warn", "simulated time went backwards: the simulator was started again")]
+        actions: List[Action] = [Log("warn", "simulated time went backwards: the simulator was started again")]
         if self.state in (State.IDLE, State.STARTED):
             self._off_since_s = now_s
             return actions

@@ -8,20 +8,34 @@ from typing import Callable, Dict, List, Optional
 
 import numpy as np
 
+from yarm.commander.activity import Activity, Ending
 from yarm.commander.assignment import Assignments
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import (
+    Action,
+    DeleteDone,
+    DeleteObject,
+    GoalDone,
+    Log,
+    Outcome,
+    ShowPlan,
+    TaskState,
+    TaskView,
+)
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.messages import Action, DeleteDone, DeleteObject, GoalDone, Outcome, Say, ShowPlan, TaskView
-from yarm.commander.steps import CheckedSteps, StepGuard, safe_part, steps_of
-from yarm.commander.work import Work
-from yarm.commander.world import World
+from yarm.commander.recovery import way_in
+from yarm.commander.steps import CheckedSteps, StepGuard, sendable
+from yarm.control.actions import MobileAction
 from yarm.geometry import BoolArray, IntArray
-from yarm.planning.checker import robotless_map
-from yarm.planning.types import FleetPlan, FleetPlanner, Goal, PlanRequest, PlanStatus
+from yarm.geometry.kinds import ObjectKind
+from yarm.planning.model.types import FleetPlan, FleetPlanner, GoalKind, PlanRequest, PlanStatus
+from yarm.planning.tasks.task_queue import BODIES, Task, TaskStatus
+from yarm.planning.verification.checker import robotless_map
 
 GIVEN_BACK = (PlanStatus.INFEASIBLE, PlanStatus.INVALID_GOAL)
 """What a plan may say of a robot's goal that somebody else may still reach, or nobody as the map is."""
 KEEP_CLEAR_COLUMNS = 1
-"""An idle robot stays out of the private areas grown by this many columns (0.6 m from the part)."""
+"""An idle robot stays out of the private areas inflated by this many columns (0.6 m from the part)."""
 
 
 @dataclass(frozen=True)
@@ -39,50 +53,54 @@ class Tools:
     stopwatch_s: Callable[[], float] = lambda: 0.0
 
 
-class Mission(Work):
+class Mission(Activity):
     """Steps the fleet until nobody has a task left."""
 
-    def __init__(self, world: World, tools: Tools, assignments: Assignments, bounded: bool = False) -> None:
+    def __init__(self, cell: CellState, tools: Tools, assignments: Assignments, bounded: bool = False) -> None:
         """A mission.
 
         Args:
-            world: the world.
+            cell: the cell as it is known.
             tools: planner and generator.
-            assignments: who serves which goal.
+            assignments: how the world's task queue gives goals to robots.
             bounded: keep out of the manipulators' private areas.
         """
-        super().__init__(world)
+        super().__init__(cell)
+        self._queue = cell.queue
         self._tools = tools
         self._assignments = assignments
         self._bounded = bounded
-        self._guard = StepGuard(world.params.recheck_count)
+        self._guard = StepGuard(cell.params.recheck_count)
         self._not_before_s = -math.inf
         self._checked_s = -math.inf
         self._map_s = -math.inf
+        self._refusals = 0
         self._quiet_since_s: Optional[float] = None
         self._stuck_since_s: Optional[float] = None
-        self._aims: Dict[str, Goal] = {}
-        self._deleting: Dict[str, float] = {}
-        self._notes: Dict[str, str] = {}
-        self._finished: Dict[str, TaskView] = {}
+        self._outside: Dict[str, str] = {}
 
     def start(self, now_s: float) -> List[Action]:
-        """Forget the plans of the last mission."""
+        """Forget the plans and tasks of the last mission."""
+        self._assignments.start()
         self._tools.planner.reset()
         return []
 
     def advance(self, now_s: float) -> List[Action]:
         """One look at the newest map; plans when everybody has arrived."""
-        world_map = self.world.map
+        world_map = self.cell.map
+        actions = self._watch_progress(now_s)
         if world_map is None or world_map.stamp_s <= self._map_s:
-            return []
+            return actions
         self._map_s = world_map.stamp_s
-        actions = self._watch(now_s)
-        if self.world.goals.of(Purpose.STEP) or now_s < self._not_before_s:
+        actions += self._watch(now_s)
+        if self.cell.goals.of(Purpose.STEP) or now_s < self._not_before_s:
             return actions
         actions += self._arrivals(now_s)
-        request = self._assign()
-        if not self._assignments.pairs:
+        coming_in = self._bring_in(now_s)
+        if coming_in:
+            return actions + coming_in
+        request = self._assign(now_s)
+        if not self._queue.assignments:
             self._idle(now_s)
             return actions
         self._quiet_since_s = None
@@ -94,184 +112,231 @@ class Mission(Work):
             return []
         self._guard.forget(goal.robot)
         if event.outcome is Outcome.SUCCEEDED:
-            self._notes.pop(goal.robot, None)
+            self._note(goal.robot, "")
             return []
-        held = self.world.holds.get(goal.robot, "")
+        held = self.cell.holds.get(goal.robot, "")
         reason = goal.why or held or f"{event.outcome.value} {event.message}".rstrip()
-        self._notes[goal.robot] = reason
+        self._note(goal.robot, reason)
         if not goal.why.startswith("replan"):
-            self._not_before_s = max(self._not_before_s, now_s + self.world.params.retry_s)
-        return [Say("warn", f"{goal.robot} did not reach its waypoint: {reason}")]
+            self._not_before_s = max(self._not_before_s, now_s + self.cell.params.retry_s)
+        return [Log("warn", f"{goal.robot} did not reach its waypoint: {reason}")]
 
     def delete_done(self, event: DeleteDone) -> List[Action]:
-        """The simulator (or whoever keeps the cell) has answered."""
+        """The simulator (or whoever keeps the cell) has answered, maybe for an earlier mission."""
         if event.success:
-            self._deleting.pop(event.name, None)
-            return [Say("info", f"{event.name} is deleted")]
-        return [Say("warn", f"{event.name} was not deleted, it is tried again: {event.message}")]
+            if event.name in self._deleting():
+                self._queue.deleted(event.name)
+            return [Log("info", f"{event.name} is deleted")]
+        return [Log("warn", f"{event.name} was not deleted, it is tried again: {event.message}")]
 
     def tasks(self) -> List[TaskView]:
         """Every task: finished, assigned, waiting or unreachable."""
-        views = dict(self._finished)
-        for robot, aim in sorted(self._assignments.pairs.items()):
-            views[aim] = self._assigned_view(robot, self._assignments.goals[aim])
-        for name, goal in sorted(self.world.open_goals().items()):
-            reason = self._assignments.unreachable.get(name)
-            if name not in views and name not in self._deleting:
-                views[name] = TaskView("", name, goal.kind, "unreachable" if reason else "waiting", reason or "")
+        views = {}
+        for task in self._queue.finished:
+            views[task.goal.name] = TaskView(task.robot, task.goal.name, task.kind, TaskState.REACHED, "", 0.0)
+        for robot, refusal in self._outside.items():
+            status = TaskState.STOPPED if refusal else TaskState.BACKING_OUT
+            views[f"inside/{robot}"] = TaskView(robot, f"inside/{robot}", GoalKind.CLEAR, status, refusal)
+        for task in sorted(self._queue.tasks, key=lambda task: task.robot):
+            if task.robot:
+                views[task.goal.name] = self._assigned_view(task)
+        unreachable = self._queue.unreachable
+        for name, goal in sorted(self.cell.open_goals().items()):
+            reason = unreachable.get(name)
+            if name not in views:
+                status = TaskState.UNREACHABLE if reason else TaskState.WAITING
+                views[name] = TaskView("", name, goal.kind, status, reason or "")
         return list(views.values())
 
-    def _assigned_view(self, robot: str, goal: Goal) -> TaskView:
-        tracked = self.world.robots.get(robot)
+    def _assigned_view(self, task: Task) -> TaskView:
+        robot, goal = task.robot, task.goal
+        tracked = self.cell.robots.get(robot)
         left = math.nan
-        if tracked is not None and self.world.map is not None:
-            left = tracked.distance_to(self.world.map.spec, goal.column)
-        moving = robot in {g.robot for g in self.world.goals.of(Purpose.STEP)}
-        status = "backing_out" if goal.kind == "Clear" else ("moving" if moving else "assigned")
-        return TaskView(robot, goal.name, goal.kind, status, self._notes.get(robot, ""), left)
+        if tracked is not None and self.cell.map is not None:
+            left = tracked.distance_to(self.cell.map.spec, goal.column)
+        moving = robot in {g.robot for g in self.cell.goals.of(Purpose.STEP)}
+        status = TaskState.MOVING if moving else TaskState.ASSIGNED
+        if goal.kind == GoalKind.CLEAR:
+            status = TaskState.BACKING_OUT
+        return TaskView(robot, goal.name, goal.kind, status, task.reason, left)
 
-    def _watch(self, now_s: float) -> List[Action]:
-        """Steps under way: progress, something on the way, a goal that moved or vanished."""
-        params, goals = self.world.params, self.world.goals
+    def _note(self, robot: str, reason: str) -> None:
+        if self._queue.task_of(robot) is not None:
+            self._queue.note(robot, reason)
+
+    def _deleting(self) -> List[str]:
+        return [task.goal.name for task in self._queue.deleting]
+
+    def _watch_progress(self, now_s: float) -> List[Action]:
+        """A robot that is sent somewhere must come nearer, by its own pose, whatever anybody says."""
+        params, goals = self.cell.params, self.cell.goals
         actions: List[Action] = []
         for goal in goals.of(Purpose.STEP):
-            robot = self.world.robots.get(goal.robot)
-            if robot is None:
-                actions += goals.cancel(goal.robot, now_s, f"{goal.robot} has left the map")
-                continue
-            goals.note_progress(goal.robot, robot.x, robot.y, robot.yaw_rad, now_s)
+            robot = self.cell.robots.get(goal.robot)
+            if robot is not None:
+                goals.note_progress(goal.robot, robot.x, robot.y, robot.yaw_rad, now_s)
             if now_s - goals.active[goal.robot].best_s > params.no_progress_s:
-                held = self.world.holds.get(goal.robot)
+                held = self.cell.holds.get(goal.robot)
                 why = f"held by the safety monitor: {held}" if held else "no obstacle reported"
                 actions += goals.cancel(goal.robot, now_s, f"has not moved for {params.no_progress_s:g} s ({why})")
+        return actions
+
+    def _bring_in(self, now_s: float) -> List[Action]:
+        """One robot after the other that stands outside the volume is sent straight back in, where there is a way."""
+        self._outside = {name: self._outside.get(name, "") for name in self.cell.outside}
+        for name in self._outside:
+            robot = self.cell.robots[name]
+            way = way_in(robot, self.cell.spec, self.cell.occupied_but(name))
+            self._outside[name] = way.reason
+            if way.target is not None:
+                self._guard.watch_cells(name, way.cells)
+                text = f"{name} is outside the mapped volume at ({robot.x:.2f}, {robot.y:.2f}) m: it comes straight in"
+                send = self.cell.goals.send(name, Purpose.STEP, MobileAction.ABOUT_TIP.value, now_s, way.target)
+                return [Log("warn", text), send]
+        return []
+
+    def _watch(self, now_s: float) -> List[Action]:
+        """Steps under way: something on the way, a goal that moved or vanished."""
+        params, goals = self.cell.params, self.cell.goals
+        actions: List[Action] = []
+        for goal in goals.of(Purpose.STEP):
+            if goal.robot not in self.cell.robots:
+                actions += goals.cancel(goal.robot, now_s, f"{goal.robot} has left the map")
             elif self._aim_lost(goal.robot):
                 actions += goals.cancel(goal.robot, now_s, "replan: its goal has moved or gone")
-        if params.check_steps and now_s - self._checked_s >= params.recheck_s and goals.of(Purpose.STEP):
+        if params.check_steps == "true" and now_s - self._checked_s >= params.recheck_s and goals.of(Purpose.STEP):
             self._checked_s = now_s
             actions += self._recheck(now_s)
         return actions
 
     def _aim_lost(self, robot: str) -> bool:
-        aim = self._aims.get(robot)
-        if aim is None or aim.kind not in ("Debris", "Target"):
+        task = self._queue.task_of(robot)
+        if task is None or task.kind not in BODIES:
             return False
-        now = self.world.open_goals().get(aim.name)
-        return now is None or now.column != aim.column
+        now = self.cell.open_goals().get(task.goal.name)
+        return now is None or now.column != task.goal.column
 
     def _recheck(self, now_s: float) -> List[Action]:
-        request = self.world.request({**self._assignments.goals, **self.world.open_goals()}, self._assignments.pairs)
+        request = self.cell.request({**self._queue.goals, **self.cell.open_goals()}, self._queue.assignments)
         actions: List[Action] = []
-        for robot, cells in self._guard.alarms(robotless_map(request)):
+        occupied = robotless_map(request)
+        for name in self.cell.outside:
+            own = self.cell.robots[name].cells
+            occupied[tuple(own[request.spec.contains(own)].T)] = False
+        for robot, cells in self._guard.alarms(occupied):
             name = self._owner(cells)
-            actions += self.world.goals.cancel(robot, now_s, f"replan: {name} is in the way")
+            actions += self.cell.goals.cancel(robot, now_s, f"replan: {name} is in the way")
             self._guard.forget(robot)
         return actions
 
     def _owner(self, cells: IntArray) -> str:
-        wanted = {tuple(cell) for cell in cells.tolist()}
-        for name, found in (self.world.map.objects if self.world.map is not None else {}).items():
-            if found.kind != "Mobile" and not wanted.isdisjoint(map(tuple, found.cells.tolist())):
+        wanted = {tuple(index) for index in cells.tolist()}
+        for name, found in (self.cell.map.objects if self.cell.map is not None else {}).items():
+            if found.kind != ObjectKind.MOBILE and not wanted.isdisjoint(map(tuple, found.cells.tolist())):
                 return name
         return "something"
 
     def _arrivals(self, now_s: float) -> List[Action]:
         """Pop the tasks of robots that are where they were wanted, and delete what they reached."""
         actions: List[Action] = []
-        goals = {**self._assignments.goals, **self.world.open_goals()}
-        for robot, name in sorted(self._assignments.pairs.items()):
-            tracked, goal = self.world.robots.get(robot), goals.get(name)
-            if tracked is None or goal is None or not self.world.at(tracked, goal):
+        goals = {**self._queue.goals, **self.cell.open_goals()}
+        for robot, name in sorted(self._queue.assignments.items()):
+            tracked, goal = self.cell.robots.get(robot), goals.get(name)
+            if tracked is None or goal is None or not self.cell.at(tracked, goal):
                 continue
-            self._assignments.pop(robot)
-            self._notes.pop(robot, None)
-            if goal.kind != "Clear":
-                self._finished[name] = TaskView(robot, name, goal.kind, "reached", "", 0.0)
-                actions.append(Say("info", f"{robot} has reached {name}"))
-            if goal.kind in ("Debris", "Target"):
-                self.world.leaving.add(name)
-                self._deleting[name] = now_s
+            task = self._queue.pop(robot, now_s)
+            if task.kind is not GoalKind.CLEAR:
+                actions.append(Log("info", f"{robot} has reached {name}"))
+            if task.status is TaskStatus.DELETING:
                 actions.append(DeleteObject(name))
         actions += self._delete_again(now_s)
         return actions
 
     def _delete_again(self, now_s: float) -> List[Action]:
         actions: List[Action] = []
-        for name, since_s in sorted(self._deleting.items()):
-            if now_s - since_s > self.world.params.delete_timeout_s:
-                self._deleting[name] = now_s
-                actions += [Say("warn", f"no answer to the deletion of {name}, asked again"), DeleteObject(name)]
+        for task in self._queue.deleting:
+            name = task.goal.name
+            if now_s - task.since_s > self.cell.params.delete_timeout_s:
+                self._queue.ask_again(name, now_s)
+                actions += [Log("warn", f"no answer to the deletion of {name}, asked again"), DeleteObject(name)]
         return actions
 
-    def _assign(self) -> PlanRequest:
-        forbidden = self.world.private_columns() if self._bounded else None
-        request = self.world.request({}, {}, forbidden)
-        self._assignments.update(request, self.world.open_goals())
+    def _assign(self, now_s: float) -> PlanRequest:
+        forbidden = self.cell.private_columns() if self._bounded else None
+        request = self.cell.request({}, {}, forbidden)
+        self._assignments.update(request, self.cell.open_goals(), now_s)
         self._assignments.process(self._full(request), self._keep_clear())
-        return replace(self._full(request), assignments=dict(self._assignments.pairs))
+        return replace(self._full(request), assignments=dict(self._queue.assignments))
 
     def _full(self, request: PlanRequest) -> PlanRequest:
-        goals = {**self.world.open_goals(), **self._assignments.goals}
+        goals = {**self.cell.open_goals(), **self._queue.goals}
         objects = {name: cells for name, cells in request.objects.items() if name not in goals}
         return replace(request, goals=goals, objects=objects)
 
     def _keep_clear(self) -> Optional[BoolArray]:
-        return self.world.private_columns(KEEP_CLEAR_COLUMNS) if self.world.manipulators else None
+        return self.cell.private_columns(KEEP_CLEAR_COLUMNS) if self.cell.manipulators else None
 
     def _idle(self, now_s: float) -> None:
         """Nobody has a task: done after a while, unless goals remain that nobody can reach."""
-        params = self.world.params
+        params = self.cell.params
         if self._quiet_since_s is None:
             self._quiet_since_s = now_s
         waited = now_s - self._quiet_since_s
-        unreachable = self._assignments.unreachable
-        if unreachable:
-            name = sorted(unreachable)[0]
-            self.reason = f"{name} cannot be reached: {unreachable[name]}"
+        unreachable = self._queue.unreachable
+        shut_out = [reason for _, reason in sorted(self._outside.items()) if reason]
+        if unreachable or shut_out:
+            name = sorted(unreachable)[0] if unreachable else ""
+            self.reason = shut_out[0] if shut_out else f"{name} cannot be reached: {unreachable[name]}"
             self._not_before_s = now_s + params.retry_s
             if waited > params.give_up_s:
-                self.finish("failed", self.reason)
-        elif self._deleting:
-            self.reason = f"waiting for the deletion of {', '.join(sorted(self._deleting))}"
+                self.finish(Ending.FAILED, self.reason)
+        elif self._queue.deleting:
+            self.reason = f"waiting for the deletion of {', '.join(self._deleting())}"
         elif waited < params.linger_s:
             self.reason = "no task is open"
         else:
-            self.finish("succeeded")
+            self.finish(Ending.SUCCEEDED)
 
     def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
         plan = self._tools.planner.plan(request, self._tools.rng)
         before_s = self._tools.stopwatch_s()
-        checked = safe_part(request, plan) if self.world.params.check_steps else CheckedSteps(steps_of(plan))
+        checked = sendable(request, plan, self.cell.params.check_steps)
         check_ms = 1e3 * (self._tools.stopwatch_s() - before_s)
-        actions: List[Action] = [ShowPlan(request, plan, tuple(checked.steps), checked.refused, check_ms)]
+        self._refusals += bool(checked.refused)
+        sent = tuple(checked.steps)
+        actions: List[Action] = [ShowPlan(request, plan, sent, checked.refused, check_ms, self._refusals)]
         if checked.refused:
-            actions.append(Say("warn", f"a step was not sent: {checked.refused}"))
+            kept = self.cell.params.check_steps == "true"
+            verdict = "a step was not sent: " if kept else "a step was sent that the checker refuses: "
+            actions.append(Log("warn", verdict + checked.refused))
         self._take_refusals(plan)
         if not checked.steps:
             self._stand_still(plan, checked, now_s)
             return actions
         self.reason = checked.refused
         self._stuck_since_s = None
-        self._aims = {r: request.goals[g] for r, g in request.assignments.items() if g in request.goals}
         robots = {robot.name: robot for robot in request.robots}
         for name, step in checked.steps.items():
             self._guard.watch(request, robots[name], step)
-            actions.append(self.world.goals.send(name, Purpose.STEP, "False", now_s, self.world.target_of(step)))
+            actions.append(
+                self.cell.goals.send(name, Purpose.STEP, MobileAction.ABOUT_TIP.value, now_s, self.cell.target_of(step))
+            )
         return actions
 
     def _take_refusals(self, plan: FleetPlan) -> None:
         for name, robot_plan in sorted(plan.robots.items()):
             if robot_plan.status is not PlanStatus.SOLVED:
-                self._notes[name] = f"{robot_plan.status.value}: {robot_plan.reason}"
+                self._note(name, f"{robot_plan.status.value}: {robot_plan.reason}")
             else:
-                self._notes.pop(name, None)
+                self._note(name, "")
             if robot_plan.status in GIVEN_BACK and robot_plan.goal:
                 self._assignments.reject(name, robot_plan.reason)
 
     def _stand_still(self, plan: FleetPlan, checked: CheckedSteps, now_s: float) -> None:
-        params = self.world.params
+        params = self.cell.params
         self.reason = checked.refused or plan.reason or "the planner lets everybody wait"
         self._not_before_s = now_s + params.retry_s
         if self._stuck_since_s is None:
             self._stuck_since_s = now_s
         if now_s - self._stuck_since_s > params.give_up_s:
-            self.finish("failed", self.reason)
+            self.finish(Ending.FAILED, self.reason)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Tuple
 
 from yarm.params import param
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.registry import PLANNER_NAMES
 
 
 @dataclass(frozen=True)
@@ -18,11 +20,12 @@ class CommanderParams:
         "yarm",
         "",
         "planner of the mission",
-        choices=("yarm", "original", "ma_astar", "ompl_rrtconnect", "ompl_prmstar", "ompl_bitstar"),
+        choices=PLANNER_NAMES,
+        form="module:Class",
     )
-    particles: int = param(333, "", "particles of the planner, at least", low=3, high=20000)
+    particles: int = param(PlannerParams.particles, "", "particles of the planner, at least", low=3, high=20000)
     turns_deg: Tuple[float, ...] = param(
-        (0.0, 90.0, -90.0), "deg", "turns about the end effector that the planner may use", -180.0, 180.0
+        PlannerParams.turns_deg, "deg", "turns about the end effector that robots may make", -180.0, 180.0
     )
     arrival_tolerance_m: float = param(0.06, "m", "within this of a column's centre counts as there", low=0.0, high=0.2)
     heading_tolerance_deg: float = param(3.0, "deg", "within this of a heading counts as there", low=0.1, high=45.0)
@@ -39,8 +42,15 @@ class CommanderParams:
         10.0, "s", "a robot that comes no nearer for this long is stopped", low=1.0, high=600.0
     )
     retry_s: float = param(1.0, "s", "pause before a failed goal or plan is tried again", low=0.0, high=60.0)
-    check_steps: bool = param(
-        True, "", "send only what the independent checker passes; false runs the published planner as it was"
+    replanning: bool = param(
+        True, "", "plan again at every waypoint; false: each robot follows its first path to the end, as published"
+    )
+    check_steps: str = param(
+        "true",
+        "",
+        "true: send only what the independent checker passes; false: send everything, unchecked; "
+        "report: send everything and count what it would have refused (the published planner as it was)",
+        choices=("true", "false", "report"),
     )
     recheck_s: float = param(
         0.1, "s", "how often a step under way is checked against the newest map", low=0.0, high=10.0
@@ -56,3 +66,8 @@ class CommanderParams:
         0.30, "m", "tip of a manipulator nearer than this to debris or a robot: OFF", low=0.0
     )
     resume_distance_m: float = param(0.40, "m", "farther than this: ON again", low=0.0)
+
+    @property
+    def planner_params(self) -> PlannerParams:
+        """What the planner and the task queue share."""
+        return PlannerParams(particles=self.particles, turns_deg=self.turns_deg)

@@ -10,7 +10,7 @@ from yarm.commander.states import TABLE, State, Transition, Trigger, accepted, f
 
 @dataclass(frozen=True)
 class Request:
-    """A StateChange request without ROS; exactly one field is to be set.
+    """A StateChange request without ROS; at most one field is to be set, and none only where a state accepts that.
 
     Attributes:
         next_state: go on.
@@ -26,8 +26,9 @@ class Request:
 
     @property
     def triggers(self) -> List[Trigger]:
-        """The fields that are set."""
-        return [trigger for trigger in Trigger if getattr(self, trigger.value)]
+        """The fields that are set, or EMPTY alone."""
+        fields = (trigger for trigger in Trigger if trigger is not Trigger.EMPTY)
+        return [trigger for trigger in fields if getattr(self, trigger.value)] or [Trigger.EMPTY]
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,11 @@ def decide(request: Request, now: Situation, table: Sequence[Transition] = TABLE
     """The row a request fires in a situation, or a refusal that names the state and what it accepts."""
     hint = f"state {int(now.state)} {now.state.name} accepts: {accepted(table, now.state)}"
     triggers = request.triggers
-    if len(triggers) != 1:
-        fields = ", ".join(trigger.value for trigger in triggers) or "none"
-        return Verdict(None, f"refused: exactly one field must be set, but set were: {fields}; {hint}")
     trigger = triggers[0]
     row = find(table, now.state, trigger, request.jump_state)
+    if len(triggers) != 1 or (trigger is Trigger.EMPTY and row is None):
+        fields = "none" if trigger is Trigger.EMPTY else ", ".join(asked.value for asked in triggers)
+        return Verdict(None, f"refused: exactly one field must be set, but set were: {fields}; {hint}")
     if now.busy and trigger is not Trigger.PREVIOUS:
         return Verdict(None, f"refused: busy; {_busy_hint(now.state, table)}")
     if row is None:

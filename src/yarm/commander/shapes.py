@@ -12,41 +12,12 @@ from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import FloatArray, GridSpec, Mask, transform_points
-from yarm.planning.shapes import Beam, Disc, solids_mask
+from yarm.geometry import GridSpec, Mask, transform_points
+from yarm.geometry.solids import Solid
+from yarm.robots.ankurbot import Beam, Disc, solids_mask
 
 YAW_STEP_RAD = math.radians(0.1)
 """Headings closer than this share a mask."""
-
-
-@dataclass(frozen=True, eq=False)
-class Solid:
-    """A primitive with its pose in some frame.
-
-    Attributes:
-        kind: "box", "cylinder" (axis z) or "sphere".
-        size: box x, y, z; cylinder height, radius; sphere radius; metres (the order of SolidPrimitive).
-        pose: (4, 4) solid to frame.
-    """
-
-    kind: str
-    size: Tuple[float, ...]
-    pose: FloatArray
-
-    @property
-    def half_extent(self) -> FloatArray:
-        """Half the size (3,) of its bounding box in its own frame, metres.
-
-        Raises:
-            ValueError: a kind that is not known.
-        """
-        if self.kind == "box":
-            return np.asarray(self.size[:3], dtype=float) / 2.0
-        if self.kind == "cylinder":
-            return np.array([self.size[1], self.size[1], self.size[0] / 2.0])
-        if self.kind == "sphere":
-            return np.full(3, float(self.size[0]))
-        raise ValueError(f"solid {self.kind!r} must be 'box', 'cylinder' or 'sphere'")
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +56,7 @@ def robot_shape(solids: Sequence[Solid], height_m: float) -> RobotShape:
         points = transform_points(solid.pose, corners)
         low, high = points.min(axis=0), points.max(axis=0)
         z = (float(low[2]) + height_m, float(high[2]) + height_m)
-        if solid.kind == "sphere" or (solid.kind == "cylinder" and abs(solid.pose[2, 2]) > 1.0 - 1e-6):
+        if solid.shape == "sphere" or (solid.shape == "cylinder" and abs(solid.pose[2, 2]) > 1.0 - 1e-6):
             x, y = (float(v) for v in solid.pose[:2, 3])
             discs.append(Disc(x, y, float(half[0]), z))
         else:

@@ -24,12 +24,14 @@ MISSION_STATES = (State.BOUNDED, State.BOUNDLESS)
 
 
 class Trigger(Enum):
-    """What a request asks for; the values are the names of the fields of StateChange.srv."""
+    """What a request asks for; the values are the names of the fields of StateChange.srv, but for EMPTY."""
 
     NEXT = "next_state"
     CURRENT = "current_state"
     PREVIOUS = "previous_state"
     JUMP = "jump_state"
+    EMPTY = "no field"
+    """A request in which nothing is set: "anything", where a state accepts anything."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ STATE_DOCS: Dict[State, str] = {
 
 
 def _anything(source: State, target: State, does: str) -> Tuple[Transition, ...]:
+    """The published "anything -> target": whatever is set, and nothing set, too."""
     return tuple(Transition(source, trigger, target, does=does) for trigger in Trigger)
 
 

@@ -8,8 +8,8 @@ from typing import Callable, Dict, List, Tuple
 import numpy as np
 
 from yarm.geometry import BoolArray, IntArray
-from yarm.planning.checker import check_step, sweep_of
-from yarm.planning.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
+from yarm.planning.model.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
+from yarm.planning.verification.checker import check_step, sweep_of
 
 Checker = Callable[[PlanRequest, FleetPlan], StepCheck]
 
@@ -20,7 +20,7 @@ class CheckedSteps:
 
     Attributes:
         steps: waypoint by robot.
-        refused: why the rest is not sent; empty when the whole plan is safe.
+        refused: why the checker does not pass the whole plan; empty when it does, or was not asked.
     """
 
     steps: Dict[str, Waypoint]
@@ -53,6 +53,21 @@ def _only(plan: FleetPlan, robots: List[str]) -> FleetPlan:
     return replace(plan, robots=kept)
 
 
+def sendable(request: PlanRequest, plan: FleetPlan, mode: str) -> CheckedSteps:
+    """What is sent of a plan, by ``check_steps``.
+
+    Args:
+        request: what was asked.
+        plan: the answer.
+        mode: "true": the safe part; "false": everything; "report": everything, and what the checker has against it.
+    """
+    if mode == "true":
+        return safe_part(request, plan)
+    steps = steps_of(plan)
+    refused = check_step(request, plan).reason if mode == "report" and steps else ""
+    return CheckedSteps(steps, refused)
+
+
 class StepGuard:
     """Holds the cells a step sweeps against every new map until the step ends.
 
@@ -69,8 +84,12 @@ class StepGuard:
     def watch(self, request: PlanRequest, robot: Robot, step: Waypoint) -> None:
         """Watch a step that is being sent."""
         cells = sweep_of(request, robot, step).cells
-        self._sweeps[robot.name] = cells[request.spec.contains(cells)]
-        self._failures[robot.name] = 0
+        self.watch_cells(robot.name, cells[request.spec.contains(cells)])
+
+    def watch_cells(self, robot: str, cells: IntArray) -> None:
+        """Watch a way that is being sent, by the cells (n, 3) it sweeps, all inside the grid."""
+        self._sweeps[robot] = cells
+        self._failures[robot] = 0
 
     def forget(self, robot: str) -> None:
         """The robot's step has ended."""

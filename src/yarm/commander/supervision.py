@@ -8,13 +8,14 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import Action, GoalDone, Log, Outcome
 from yarm.commander.goals import Purpose
-from yarm.commander.messages import Action, GoalDone, Outcome, Say
-from yarm.commander.world import World
+from yarm.control.actions import ArmAction
+from yarm.control.sander.states import SanderState
 from yarm.geometry import GridSpec, IntArray
+from yarm.planning.model.types import GoalKind
 
-AT_WORK = 4
-"""State of the sander in which it is supervised."""
 RETRY_S = 0.5
 """A switch that failed is sent again after this long, s."""
 
@@ -42,22 +43,22 @@ def distance_to_cells(spec: GridSpec, point: Tuple[float, float], cells: IntArra
         return math.inf
     size = spec.resolution[:2]
     columns = np.unique(cells[:, :2], axis=0)
-    centers = np.asarray(spec.lower[:2]) + (columns + 0.5) * size
-    gap = np.maximum(np.abs(centers - np.asarray(point)) - size / 2.0, 0.0)
+    centres = np.asarray(spec.lower[:2]) + (columns + 0.5) * size
+    gap = np.maximum(np.abs(centres - np.asarray(point)) - size / 2.0, 0.0)
     return float(np.hypot(gap[:, 0], gap[:, 1]).min())
 
 
-def nearest(world: World, tip: Tuple[float, float]) -> Near:
+def nearest(cell: CellState, tip: Tuple[float, float]) -> Near:
     """The debris or mobile robot nearest to a point, metres, by its known solids or else its cells on the map."""
     found = Near("", math.inf)
-    if world.map is None:
+    if cell.map is None:
         return found
     candidates: List[Tuple[str, float]] = []
-    for debris in world.of_kind("Debris"):
+    for debris in cell.of_kind(GoalKind.DEBRIS):
         seed = math.hypot(debris.position_m[0] - tip[0], debris.position_m[1] - tip[1])
-        candidates.append((debris.name, min(seed, distance_to_cells(world.map.spec, tip, debris.cells))))
-    for name, robot in sorted(world.robots.items()):
-        candidates.append((name, distance_to_cells(world.map.spec, tip, robot.cells)))
+        candidates.append((debris.name, min(seed, distance_to_cells(cell.map.spec, tip, debris.cells))))
+    for name, robot in sorted(cell.robots.items()):
+        candidates.append((name, distance_to_cells(cell.map.spec, tip, robot.cells)))
     for name, distance in candidates:
         if distance < found.distance_m:
             found = Near(name, distance)
@@ -67,9 +68,9 @@ def nearest(world: World, tip: Tuple[float, float]) -> Near:
 class Supervisor:
     """Sends ON and OFF to every manipulator that is at work, whatever the Commander's state."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, cell: CellState) -> None:
         """Supervise the manipulators of a world."""
-        self._world = world
+        self._cell = cell
         self._switches: Dict[str, _Switch] = {}
 
     def reset(self) -> None:
@@ -83,8 +84,8 @@ class Supervisor:
     def on_map(self, now_s: float) -> List[Action]:
         """Decide for each manipulator on the newest map."""
         actions: List[Action] = []
-        for name in self._world.manipulators:
-            if self._world.sander.get(name) != AT_WORK or name not in self._world.answers:
+        for name in self._cell.manipulators:
+            if self._cell.sander.get(name) is not SanderState.SCAN_TO_PATH or name not in self._cell.answers:
                 self._switches.pop(name, None)
             else:
                 actions += self._decide(name, now_s)
@@ -99,19 +100,19 @@ class Supervisor:
             switch.applied = switch.wanted
             return []
         switch.applied = None
-        return [Say("warn", f"{event.robot} was not switched: {event.outcome.value} {event.message}".rstrip())]
+        return [Log("warn", f"{event.robot} was not switched: {event.outcome.value} {event.message}".rstrip())]
 
     def _decide(self, name: str, now_s: float) -> List[Action]:
-        world = self._world
-        goal = world.goals.active.get(name)
-        seed = world.map.objects.get(name) if world.map is not None else None
-        if seed is None or not world.connected & {name} or (goal is not None and goal.purpose is not Purpose.SWITCH):
+        cell = self._cell
+        goal = cell.goals.active.get(name)
+        seed = cell.map.objects.get(name) if cell.map is not None else None
+        if seed is None or not cell.connected & {name} or (goal is not None and goal.purpose is not Purpose.SWITCH):
             return []
-        near = nearest(world, (seed.position_m[0], seed.position_m[1]))
+        near = nearest(cell, (seed.position_m[0], seed.position_m[1]))
         switch = self._switches.setdefault(name, _Switch())
-        if near.distance_m < world.params.pause_distance_m:
+        if near.distance_m < cell.params.pause_distance_m:
             wanted = False
-        elif near.distance_m > world.params.resume_distance_m:
+        elif near.distance_m > cell.params.resume_distance_m:
             wanted = True
         else:
             wanted = bool(switch.wanted)
@@ -120,5 +121,6 @@ class Supervisor:
             return []
         switch.wanted, switch.sent_s = wanted, now_s
         what = "nothing near" if not near.name else f"{near.name} at {near.distance_m:.2f} m"
-        text = f"{name} {'ON' if wanted else 'OFF'}: {what}"
-        return [Say("info", text), world.goals.send(name, Purpose.SWITCH, "ON" if wanted else "OFF", now_s)]
+        action = ArmAction.ON if wanted else ArmAction.OFF
+        text = f"{name} {action.value}: {what}"
+        return [Log("info", text), cell.goals.send(name, Purpose.SWITCH, action.value, now_s)]

@@ -1,12 +1,14 @@
-"""The few statistics the reports need: proportions with Wilson intervals and percentiles of small samples."""
+"""The few statistics the reports need: proportions with Wilson intervals, small samples' percentiles, the bootstrap."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence, Tuple
+from typing import Callable, Sequence, Tuple
 
 import numpy as np
+
+from yarm.geometry import FloatArray
 
 Z_95 = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution."""
@@ -84,3 +86,26 @@ def interquartile_text(values: Sequence[float], digits: int = 0) -> str:
         return "-"
     low, high = percentile(values, 25), percentile(values, 75)
     return f"{middle:.{digits}f} ({low:.{digits}f}-{high:.{digits}f})"
+
+
+def bootstrap_interval(
+    values: Sequence[float], statistic: Callable[[FloatArray], float], rounds: int = 2000, seed: int = 0
+) -> Tuple[float, float]:
+    """Percentile bootstrap interval at 95 % (B. Efron, Annals of Statistics 7, 1979).
+
+    Args:
+        values: the sample; for pairs, a value a pair.
+        statistic: of a sample, such as numpy.median.
+        rounds: samples drawn from the sample.
+        seed: of the draws.
+
+    Returns:
+        Lower and upper bound; NaN both for an empty sample.
+    """
+    sample: FloatArray = np.asarray(values, dtype=float)
+    if not len(sample):
+        return math.nan, math.nan
+    draws = np.random.default_rng(seed).integers(len(sample), size=(rounds, len(sample)))
+    found = np.sort([statistic(sample[draw]) for draw in draws])
+    low, high = math.floor(0.025 * (rounds - 1)), math.ceil(0.975 * (rounds - 1))
+    return float(found[low]), float(found[high])

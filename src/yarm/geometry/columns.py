@@ -60,11 +60,11 @@ def shifted(image: ColumnImage, dx: int, dy: int) -> ColumnImage:
 
 
 def dilated(image: ColumnImage, gz: int, cells: int = 1) -> ColumnImage:
-    """The image grown by a margin: every cell whose 26 neighbours include a set one, ``cells`` times over."""
+    """The image inflated by a margin: every cell whose 26 neighbours include a set one, ``cells`` times over."""
     full = (np.int64(1) << np.int64(gz)) - np.int64(1)
-    grown = image
+    inflated = image
     for _ in range(cells):
-        grown = (grown | (grown << np.int64(1)) | (grown >> np.int64(1))) & full
-        grown = grown | shifted(grown, 1, 0) | shifted(grown, -1, 0)
-        grown = grown | shifted(grown, 0, 1) | shifted(grown, 0, -1)
-    return grown
+        inflated = (inflated | (inflated << np.int64(1)) | (inflated >> np.int64(1))) & full
+        inflated = inflated | shifted(inflated, 1, 0) | shifted(inflated, -1, 0)
+        inflated = inflated | shifted(inflated, 0, 1) | shifted(inflated, 0, -1)
+    return inflated

@@ -85,10 +85,10 @@ class GridSpec:
         cells, inside = self.cells_of(points)
         return self.unravel(np.unique(self.ravel(cells[inside])))
 
-    def centers(self, cells: npt.ArrayLike) -> FloatArray:
+    def centres(self, cells: npt.ArrayLike) -> FloatArray:
         """Centre of each cell; cells (..., 3), not necessarily inside -> points (..., 3), metres, world."""
-        center: FloatArray = np.asarray(self.lower) + (_last_axis(cells, 3) + 0.5) * self.resolution
-        return center
+        centre: FloatArray = np.asarray(self.lower) + (_last_axis(cells, 3) + 0.5) * self.resolution
+        return centre
 
     def column_of(self, point: npt.ArrayLike) -> Tuple[int, int]:
         """Cell (x, y), possibly outside the grid, of one point (2,) or (3,), metres, world.
@@ -102,7 +102,7 @@ class GridSpec:
         column = np.floor((xy - self.lower[:2]) / self.resolution[:2])
         return int(column[0]), int(column[1])
 
-    def column_center(self, column: Tuple[int, int]) -> Tuple[float, float]:
+    def column_centre(self, column: Tuple[int, int]) -> Tuple[float, float]:
         """Centre (x, y) of a column of cells, metres, world."""
         x, y = np.asarray(self.lower[:2]) + (np.asarray(column, dtype=float) + 0.5) * self.resolution[:2]
         return float(x), float(y)

@@ -36,9 +36,25 @@ class Pose2:
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.yaw_rad))
 
+    def moved(self, points: FloatArray) -> FloatArray:
+        """(n, 2) points of frame b in frame a, metres; this is the pose of b in a."""
+        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        x, y = self.x + c * points[:, 0] - s * points[:, 1], self.y + s * points[:, 0] + c * points[:, 1]
+        moved: FloatArray = np.stack([x, y], axis=1)
+        return moved
+
     def distance(self, other: Pose2) -> float:
         """Distance between the two origins, metres."""
         return math.hypot(self.x - other.x, self.y - other.y)
+
+    def towards(self, other: Pose2, share: float) -> Pose2:
+        """The pose at a share of the way to another, 0 to 1; it turns the shorter way round."""
+        turn = wrap_angle(other.yaw_rad - self.yaw_rad)
+        return Pose2(
+            self.x + share * (other.x - self.x),
+            self.y + share * (other.y - self.y),
+            wrap_angle(self.yaw_rad + share * turn),
+        )
 
 
 def wrap_angle(angle_rad: float) -> float:
@@ -66,6 +82,17 @@ def yaw_of_quaternion(quaternion: npt.ArrayLike) -> float:
     """Yaw about world z, rad, of a quaternion (4,) x, y, z, w."""
     x, y, z, w = (float(v) for v in np.asarray(quaternion, dtype=float))
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def rpy_of_quaternion(quaternion: npt.ArrayLike) -> FloatArray:
+    """Fixed-axis roll, pitch, yaw (3,), rad, of a unit quaternion (4,) x, y, z, w; the inverse of quaternion_from_rpy.
+
+    Pitch is in [-pi/2, pi/2]; at its ends roll and yaw are not unique, and any that fit are given.
+    """
+    x, y, z, w = (float(v) for v in np.asarray(quaternion, dtype=float))
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(min(1.0, max(-1.0, 2.0 * (w * y - z * x))))
+    return np.array([roll, pitch, yaw_of_quaternion((x, y, z, w))])
 
 
 def rotation_of_quaternion(quaternion: npt.ArrayLike) -> FloatArray:

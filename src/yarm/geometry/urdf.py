@@ -12,6 +12,7 @@ import xacro
 
 from yarm.geometry.grid import FloatArray
 from yarm.geometry.poses import quaternion_from_rpy, transform_matrix
+from yarm.geometry.solids import Solid
 
 DEFAULT_COLOUR = (0.7, 0.7, 0.7)
 
@@ -21,30 +22,16 @@ class UrdfError(ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
-    """One primitive body.
+class LinkSolid(Solid):
+    """A solid of a robot's link; its pose is in the link's frame.
 
     Attributes:
-        shape: "box", "cylinder" (axis z) or "sphere".
-        size: box: x, y, z; cylinder: radius, length; sphere: radius; metres.
         link: link it belongs to.
-        T_link_solid: (4, 4) pose of the solid's centre in the link's frame.
         colour: red, green, blue, 0 to 1.
     """
 
-    shape: str
-    size: Tuple[float, ...]
     link: str
-    T_link_solid: FloatArray
     colour: Tuple[float, float, float] = DEFAULT_COLOUR
-
-    @property
-    def half_extent(self) -> FloatArray:
-        """Half the size (3,) of the box around it, in its own frame, metres."""
-        if self.shape == "box":
-            return 0.5 * np.asarray(self.size)
-        radius = self.size[0]
-        return np.array([radius, radius, radius if self.shape == "sphere" else 0.5 * self.size[1]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +57,7 @@ class UrdfModel:
     name: str
     links: Tuple[str, ...]
     joints: Dict[str, Joint]
-    solids: Tuple[Solid, ...] = field(default=())
+    solids: Tuple[LinkSolid, ...] = field(default=())
 
     def rigid_group(self, link: str) -> Tuple[str, FloatArray]:
         """The nearest ancestor that fixed joints tie the link to (the root, or the child of a moving joint).
@@ -122,7 +109,7 @@ def parse_urdf(text: str) -> UrdfModel:
         for material in root.iter("material")
         for colour in material.findall("color")
     }
-    solids: List[Solid] = []
+    solids: List[LinkSolid] = []
     for link in root.findall("link"):
         solids.extend(_solids_of(link, colours))
     return UrdfModel(
@@ -133,13 +120,13 @@ def parse_urdf(text: str) -> UrdfModel:
     )
 
 
-def _solids_of(link: ET.Element, colours: Dict[str, Tuple[float, ...]]) -> List[Solid]:
+def _solids_of(link: ET.Element, colours: Dict[str, Tuple[float, ...]]) -> List[LinkSolid]:
     material = link.find("visual/material")
     rgba = colours.get(material.get("name", ""), ()) if material is not None else ()
     colour = (rgba[0], rgba[1], rgba[2]) if rgba else DEFAULT_COLOUR
     name = link.get("name", "")
     return [
-        Solid(*_geometry_of(collision.find("geometry"), name), name, _origin_of(collision.find("origin")), colour)
+        LinkSolid(*_geometry_of(collision.find("geometry"), name), _origin_of(collision.find("origin")), name, colour)
         for collision in link.findall("collision")
     ]
 

@@ -1,13 +1,13 @@
 """Task assignment and planning; NumPy and SciPy only."""
 
-from yarm.planning.original_planner import OriginalPlanner
-from yarm.planning.params import PlannerParams, TaskParams
-from yarm.planning.registry import PLANNER_NAMES, available_planners, make_planner
-from yarm.planning.task_queue import Task, TaskQueue, TaskStatus, arrived
-from yarm.planning.types import (
+from yarm.planning.baselines.original_planner import OriginalPlanner
+from yarm.planning.fleet.yarm_planner import YarmPlanner
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import (
     FleetPlan,
     FleetPlanner,
     Goal,
+    GoalKind,
     PlanRequest,
     PlanStatus,
     Robot,
@@ -15,13 +15,15 @@ from yarm.planning.types import (
     StepCheck,
     Waypoint,
 )
-from yarm.planning.yarm_planner import YarmPlanner
+from yarm.planning.registry import PLANNER_NAMES, available_planners, make_planner
+from yarm.planning.tasks.task_queue import Task, TaskQueue, TaskStatus
 
 __all__ = [
     "PLANNER_NAMES",
     "FleetPlan",
     "FleetPlanner",
     "Goal",
+    "GoalKind",
     "OriginalPlanner",
     "PlanRequest",
     "PlanStatus",
@@ -30,12 +32,10 @@ __all__ = [
     "RobotPlan",
     "StepCheck",
     "Task",
-    "TaskParams",
     "TaskQueue",
     "TaskStatus",
     "Waypoint",
     "YarmPlanner",
-    "arrived",
     "available_planners",
     "make_planner",
 ]

@@ -1,9 +1,9 @@
-"""``python3 -m yarm.planning``: see ``yarm.planning.cli``."""
+"""``python3 -m yarm.planning``: see ``yarm.planning.tools.cli``."""
 
 from __future__ import annotations
 
 import sys
 
-from yarm.planning.cli import main
+from yarm.planning.tools.cli import main
 
 sys.exit(main())

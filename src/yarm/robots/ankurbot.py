@@ -1,4 +1,7 @@
-"""Robots as cells, from their solids: for scenes and kinematic worlds, where no camera sees them."""
+"""The mobile robot: its measures, as in urdf/cell/ankurbot.urdf.xacro (a test compares), and its cells from its solids.
+
+The cells are for scenes and kinematic worlds, where no camera sees it.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +38,23 @@ class Beam:
 
 
 ARM_REACH_M = 1.30
+"""End effector ahead of the body's centre, metres."""
+EE_HEIGHT_M = 0.89
+"""End effector over the floor, metres."""
+BODY_RADIUS_M = 0.35
+WHEEL_RADIUS_M = 0.05
+HALF_WHEEL_BASE_M = 0.15
+CASTERS = ("fl", "fr", "rl", "rr")
+CASTER_XY_M: Tuple[Tuple[float, float], ...] = (
+    (HALF_WHEEL_BASE_M, HALF_WHEEL_BASE_M),
+    (HALF_WHEEL_BASE_M, -HALF_WHEEL_BASE_M),
+    (-HALF_WHEEL_BASE_M, HALF_WHEEL_BASE_M),
+    (-HALF_WHEEL_BASE_M, -HALF_WHEEL_BASE_M),
+)
+"""Where each caster is, in the order of CASTERS, metres, body frame: x along the arm, y left."""
 ANKURBOT_DISCS: Tuple[Disc, ...] = (
-    Disc(-ARM_REACH_M, 0.0, 0.35, (0.10, 0.55)),
-    *(Disc(-ARM_REACH_M + dx, dy, 0.05, (0.0, 0.10)) for dx in (-0.15, 0.15) for dy in (-0.15, 0.15)),
+    Disc(-ARM_REACH_M, 0.0, BODY_RADIUS_M, (0.10, 0.55)),
+    *(Disc(-ARM_REACH_M + x, y, WHEEL_RADIUS_M, (0.0, 2.0 * WHEEL_RADIUS_M)) for x, y in sorted(CASTER_XY_M)),
     Disc(0.0, 0.0, 0.04, (0.85, 0.93)),
 )
 """Body, wheels and end effector of the mobile robot."""
@@ -83,16 +100,16 @@ def solids_mask(
     size = spec.resolution[:2]
     span = np.ceil(reach / size + 1.0).astype(np.int64)
     columns = np.argwhere(np.ones(2 * span + 1, dtype=bool)) - span
-    centers = columns * size - np.asarray(offset)
+    centres = columns * size - np.asarray(offset)
     parts: List[FloatArray] = []
     for disc in discs:
         middle = np.array([c * disc.x - s * disc.y, s * disc.x + c * disc.y])
-        parts.append(_raised(spec, columns, _near_disc(centers - middle, size, disc.radius), disc.z))
+        parts.append(_raised(spec, columns, _near_disc(centres - middle, size, disc.radius), disc.z))
     for beam in beams:
         mid_x, mid_y = sum(beam.x) / 2.0, sum(beam.y) / 2.0
         middle = np.array([c * mid_x - s * mid_y, s * mid_x + c * mid_y])
         half = np.array([beam.x[1] - beam.x[0], beam.y[1] - beam.y[0]]) / 2.0
-        parts.append(_raised(spec, columns, _near_beam(centers - middle, size, half, yaw_rad), beam.z))
+        parts.append(_raised(spec, columns, _near_beam(centres - middle, size, half, yaw_rad), beam.z))
     return Mask.from_cells(np.concatenate(parts), (0, 0), wrap_angle(yaw_rad))
 
 
@@ -103,7 +120,7 @@ def _near_disc(apart: FloatArray, size: FloatArray, radius: float) -> BoolArray:
 
 
 def _near_beam(apart: FloatArray, size: FloatArray, half: FloatArray, yaw_rad: float) -> BoolArray:
-    """Separating axes of an upright cell and a turned rectangle."""
+    """Separating axes of an upright cell and a turned rectangle (Gottschalk, Lin, Manocha, SIGGRAPH 1996)."""
     along = np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
     across = np.array([-along[1], along[0]])
     inside: BoolArray = np.ones(len(apart), dtype=bool)

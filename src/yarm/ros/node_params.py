@@ -5,19 +5,41 @@ from __future__ import annotations
 from typing import Any, Dict, Type
 
 from yarm.commander.params import CommanderParams
-from yarm.commander.safety_params import SafetyParams
-from yarm.ros.controls_server_params import ControlsServerParams
-from yarm.ros.experiment_params import ExperimentParams
-from yarm.ros.sander_params import SanderNodeParams
-from yarm.ros.seed_tf_publisher_params import SeedTfPublisherParams
-from yarm.ros.simulation_params import SimulationParams
+from yarm.control.mux import MuxParams
+from yarm.exploration.report.params import ReportParams
+from yarm.inspection.report_round import ReportRoundParams
+from yarm.ros.controls.params import ControlsServerParams
+from yarm.ros.experiment.params import ExperimentParams
+from yarm.ros.exploration.experiment_params import ExplorationRunParams
+from yarm.ros.exploration.params import ExplorerParams, GateParams
+from yarm.ros.inspection.experiment_params import InspectionRunParams
+from yarm.ros.inspection.params import InspectorParams
+from yarm.ros.inspection.recogniser_params import TagRecogniserParams
+from yarm.ros.navigation.params import MapServerParams, MoveBaseNodeParams
+from yarm.ros.rooms.params import RoomSimulationParams
+from yarm.ros.sander.params import SanderNodeParams
+from yarm.ros.seeds.params import SeedTfPublisherParams
+from yarm.ros.simulation.params import SimulationParams
+from yarm.safety.params import SafetyParams
 
 NODE_PARAMS: Dict[str, Type[Any]] = {
+    "cmd_vel_mux": MuxParams,
     "commander": CommanderParams,
+    "explorer": ExplorerParams,
+    "explorer_report": ReportParams,
     "hc10_state_machine": SanderNodeParams,
+    "inspector": InspectorParams,
+    "inspector_report": ReportRoundParams,
+    "map_server": MapServerParams,
+    "move_base": MoveBaseNodeParams,
     "multi_robot_controls_server": ControlsServerParams,
+    "room_simulation": RoomSimulationParams,
     "run_experiment": ExperimentParams,
+    "run_exploration": ExplorationRunParams,
+    "run_inspection": InspectionRunParams,
     "safety_monitor": SafetyParams,
     "seed_tf_publisher": SeedTfPublisherParams,
     "simulation": SimulationParams,
+    "tag_recogniser": TagRecogniserParams,
+    "velocity_gate": GateParams,
 }

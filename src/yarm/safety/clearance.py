@@ -1,7 +1,7 @@
 """How much room a robot has ahead of its motion, from known solids and the grid; shares no code with the planner.
 
 A robot is a cloud of points on its surface, everything else solids with signed distances. What is asked for is not how
-near a robot stands to something but how near its motion will bring it.
+near a robot stands to something but how near its motion will bring it, and that of the other where it is known.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.commander.shapes import Solid
-from yarm.geometry import FloatArray, Pose2, transform_points, wrap_angle
+from yarm.geometry import FloatArray, GridSpec, IntArray, Pose2, wrap_angle
+from yarm.geometry.solids import Solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,15 @@ class Body:
         name: of the object.
         solids: in the world frame.
         boxes: (n, 6) further boxes, lower and upper corner, metres, world (occupied cells).
+        velocity_mps: how the boxes move, world; (0, 0): they stand.
+        age_s: how long ago the boxes were there.
     """
 
     name: str
     solids: Tuple[Solid, ...] = ()
     boxes: Optional[FloatArray] = None
+    velocity_mps: Tuple[float, float] = (0.0, 0.0)
+    age_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,14 @@ class Motion:
     def fastest_mps(self, reach_m: float) -> float:
         """Speed of a point that far from the end effector, at most."""
         return math.hypot(self.vx, self.vy) + reach_m * abs(self.yaw_rate)
+
+
+@dataclass(frozen=True)
+class Passing:
+    """A pose that a robot still passes, and when."""
+
+    pose: Pose2
+    after_s: float
 
 
 @dataclass(frozen=True)
@@ -64,6 +76,10 @@ class Foresight:
     first_rad: float = 0.12
     samples: int = 4
 
+    def time_to_stand_s(self, motion: Motion) -> float:
+        """From now until a robot that is stopped stands."""
+        return self.latency_s + motion.fastest_mps(self.reach_m) / self.deceleration_mps2
+
 
 @dataclass(frozen=True)
 class Ahead:
@@ -80,7 +96,7 @@ class Ahead:
     closing: bool
 
 
-def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresight) -> List[Pose2]:
+def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresight) -> List[Passing]:
     """Poses a robot still passes before it can stand, and the first stretch of the step it was sent on.
 
     A robot on its way to a target brakes there by itself, so nothing beyond the target counts.
@@ -95,15 +111,20 @@ def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresi
         if turn * left > 0.0:
             turn = math.copysign(min(abs(turn), abs(left)), turn)
     shares = [k / sight.samples for k in range(1, sight.samples + 1)]
-    poses = [
-        Pose2(
-            pose.x + share * travel * math.cos(heading),
-            pose.y + share * travel * math.sin(heading),
-            pose.yaw_rad + share * turn,
+    stand_s = sight.time_to_stand_s(motion)
+    passed = [
+        Passing(
+            Pose2(
+                pose.x + share * travel * math.cos(heading),
+                pose.y + share * travel * math.sin(heading),
+                pose.yaw_rad + share * turn,
+            ),
+            share * stand_s,
         )
         for share in (shares if time_s > 0.0 else [])
     ]
-    return poses + (_first_stretch(pose, target, sight) if target is not None else [])
+    first = _first_stretch(pose, target, sight) if target is not None else []
+    return passed + [Passing(each, stand_s) for each in first]
 
 
 def _first_stretch(pose: Pose2, target: Pose2, sight: Foresight) -> List[Pose2]:
@@ -118,33 +139,61 @@ def _first_stretch(pose: Pose2, target: Pose2, sight: Foresight) -> List[Pose2]:
 
 
 def room_ahead(
-    points: FloatArray, pose: Pose2, height_m: float, poses: Sequence[Pose2], bodies: Sequence[Body], limit_m: float
+    points: FloatArray, pose: Pose2, height_m: float, passed: Sequence[Passing], bodies: Sequence[Body], limit_m: float
 ) -> Ahead:
     """Least distance of a robot to any body at the poses ahead.
+
+    A body that moves is looked at twice, as if it stood and as it moves: whoever walks may stop, or turn.
 
     Args:
         points: (n, 3) on its surface, in the end effector's frame, metres.
         pose: of its end effector now.
         height_m: of its end effector above the floor.
-        poses: ahead.
+        passed: ahead.
         bodies: everything it must not touch.
-        limit_m: a body nearer than this on the way, and nearer than now, is being closed in on.
+        limit_m: a body nearer than this on the way, and nearer or deeper inside than now, is being closed in on.
     """
-    if not poses:
+    if not passed:
         return Ahead(math.inf, "", False)
     now = placed(points, pose, height_m)
-    ahead = np.concatenate([placed(points, p, height_m) for p in poses])
-    low, high = ahead.min(axis=0) - 0.5, ahead.max(axis=0) + 0.5
+    ahead = np.stack([placed(points, each.pose, height_m) for each in passed])
     result = Ahead(math.inf, "", False)
-    closing = False
     for body in bodies:
-        least = distance(ahead, body, low, high)
-        if least < limit_m and not closing and least < distance(now, body, low, high) - 1e-3:
-            closing = True
-            result = Ahead(least, body.name, True)
-        elif least < result.distance_m and not closing:
+        rooms = [_room(now, ahead, body, limit_m)]
+        if body.velocity_mps != (0.0, 0.0):
+            passed_s = body.age_s + np.array([0.0, *(each.after_s for each in passed)])
+            ways = passed_s[:, None] * np.array([[*body.velocity_mps, 0.0]])
+            rooms.append(_room(now - ways[0], ahead - ways[1:, None], body, limit_m))
+        least = min(room for room, _ in rooms)
+        if any(closing for _, closing in rooms):
+            return Ahead(least, body.name, True)
+        if least < result.distance_m:
             result = Ahead(least, body.name, False)
     return result
+
+
+def _room(now: FloatArray, ahead: FloatArray, body: Body, limit_m: float) -> Tuple[float, bool]:
+    """Least distance of points ahead (m, n, 3), and whether that closes in, from where the points (n, 3) are now."""
+    flat = ahead.reshape(-1, 3)
+    low, high = flat.min(axis=0) - 0.5, flat.max(axis=0) + 0.5
+    least = distance(flat, body, low, high)
+    if least >= limit_m:
+        return least, False
+    before = distance(now, body, low, high)
+    if least < before - 1e-3:
+        return least, True
+    deeper = before <= 0.0 and max(_inside(points, body) for points in ahead) > _inside(now, body)
+    return least, deeper
+
+
+def _inside(points: FloatArray, body: Body) -> int:
+    """How many points (n, 3) lie in a body's boxes: these have no common depth, as a solid has."""
+    if body.boxes is None:
+        return 0
+    inside = np.zeros(len(points), dtype=bool)
+    for box in body.boxes:
+        inside |= np.all((points > box[:3]) & (points < box[3:]), axis=1)
+    return int(inside.sum())
 
 
 def placed(points: FloatArray, pose: Pose2, height_m: float) -> FloatArray:
@@ -159,8 +208,8 @@ def distance(points: FloatArray, body: Body, low: FloatArray, high: FloatArray) 
     """Least signed distance of points (n, 3) to a body; inf when it lies outside the box from low to high."""
     least = math.inf
     for solid in body.solids:
-        center, reach = solid.pose[:3, 3], float(np.linalg.norm(solid.half_extent))
-        if np.all(center + reach > low) and np.all(center - reach < high):
+        centre, reach = solid.pose[:3, 3], float(np.linalg.norm(solid.half_extent))
+        if np.all(centre + reach > low) and np.all(centre - reach < high):
             least = min(least, float(signed_distance(points, solid).min()))
     if body.boxes is not None and len(body.boxes):
         near = body.boxes[np.all((body.boxes[:, 3:] > low) & (body.boxes[:, :3] < high), axis=1)]
@@ -170,41 +219,33 @@ def distance(points: FloatArray, body: Body, low: FloatArray, high: FloatArray) 
     return least
 
 
+def column_boxes(spec: GridSpec, cells: IntArray) -> FloatArray:
+    """Boxes (n, 6), lower and upper corner, metres, world, of cells (m, 3): one for each run of cells above each other.
+
+    A standing person is a dozen boxes instead of hundreds of cells, so that one look stays short.
+    """
+    if len(cells) == 0:
+        return np.zeros((0, 6))
+    ordered = np.unique(cells, axis=0)
+    step = np.diff(ordered, axis=0)
+    begins = np.concatenate([[True], np.any(step != (0, 0, 1), axis=1)])
+    ends = np.concatenate([begins[1:], [True]])
+    half = spec.resolution / 2.0
+    return np.hstack([spec.centres(ordered[begins]) - half, spec.centres(ordered[ends]) + half])
+
+
 def signed_distance(points: FloatArray, solid: Solid) -> FloatArray:
     """Distance (n,) of points (n, 3), metres, world, to a solid's surface; negative inside."""
     rotation = solid.pose[:3, :3]
     local = (points - solid.pose[:3, 3]) @ rotation
     half = solid.half_extent
-    if solid.kind == "sphere":
+    if solid.shape == "sphere":
         result: FloatArray = np.linalg.norm(local, axis=1) - half[0]
         return result
-    if solid.kind == "cylinder":
+    if solid.shape == "cylinder":
         outside = np.column_stack([np.hypot(local[:, 0], local[:, 1]) - half[0], np.abs(local[:, 2]) - half[2]])
     else:
         outside = np.abs(local) - half
     beyond: FloatArray = np.linalg.norm(np.maximum(outside, 0.0), axis=1)
     depth: FloatArray = np.minimum(outside.max(axis=1), 0.0)
     return beyond + depth
-
-
-def surface_points(solids: Sequence[Solid], spacing_m: float) -> FloatArray:
-    """Points (n, 3) on the surfaces of solids, in the frame of their poses, not farther apart than the spacing."""
-    parts = [transform_points(solid.pose, _surface(solid, spacing_m)) for solid in solids]
-    return np.concatenate(parts) if parts else np.zeros((0, 3))
-
-
-def _surface(solid: Solid, spacing_m: float) -> FloatArray:
-    half = solid.half_extent
-    axes = [np.linspace(-h, h, max(2, math.ceil(2 * h / spacing_m) + 1)) for h in half]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    points: FloatArray = grid[np.any(np.abs(np.abs(grid) - half) < 1e-9, axis=1)]
-    if solid.kind == "sphere":
-        on_ball: FloatArray = points * (half[0] / np.linalg.norm(points, axis=1))[:, None]
-        return on_ball
-    if solid.kind == "cylinder":
-        radius = np.hypot(points[:, 0], points[:, 1])
-        square = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1]))
-        scale = np.where(radius > 1e-9, square / np.maximum(radius, 1e-9), 1.0)
-        points = points.copy()
-        points[:, :2] *= scale[:, None]
-    return points

@@ -7,9 +7,9 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Deque, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
-from yarm.commander.clearance import Ahead, Body, Foresight, Motion, coasting, room_ahead
-from yarm.commander.safety_params import SafetyParams
 from yarm.geometry import FloatArray, Pose2, wrap_angle
+from yarm.safety.clearance import Ahead, Body, Foresight, Motion, coasting, room_ahead
+from yarm.safety.params import SafetyParams
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +22,7 @@ class Seen:
         points: (n, 3) on its surface, in the end effector's frame.
         target: where it was sent; None without a goal.
         goal_id: of the goal it pursues; empty without one.
+        age_s: of the pose.
     """
 
     pose: Pose2
@@ -29,6 +30,7 @@ class Seen:
     points: FloatArray
     target: Optional[Pose2] = None
     goal_id: str = ""
+    age_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -64,11 +66,13 @@ class Monitor:
         self._sight = Foresight(params.latency_s, params.deceleration_mps2, params.reach_m)
         self._history: Dict[str, Deque[Tuple[float, Pose2]]] = {}
         self._holds: Dict[str, _Hold] = {}
+        self._unseen: Set[str] = set()
 
     def reset(self) -> None:
         """Time went backwards."""
         self._history.clear()
         self._holds.clear()
+        self._unseen.clear()
 
     def look(
         self, now_s: float, robots: Mapping[str, Seen], bodies: Mapping[str, Sequence[Body]]
@@ -86,17 +90,28 @@ class Monitor:
         return {name: self._judge(now_s, name, seen, bodies[name]) for name, seen in sorted(robots.items())}
 
     def _judge(self, now_s: float, name: str, seen: Seen, bodies: Sequence[Body]) -> Verdict:
+        if seen.age_s > self._params.stale_s:
+            return self._blind(name, seen.age_s)
+        self._unseen.discard(name)
         motion = self._measure(now_s, name, seen.pose)
         hold = self._holds.get(name)
         fresh = hold is None or seen.goal_id not in ("", hold.goal_id)
-        poses = coasting(seen.pose, motion, seen.target if fresh else None, self._sight)
-        ahead = room_ahead(seen.points, seen.pose, seen.height_m, poses, bodies, self._params.stop_clearance_m)
+        passed = coasting(seen.pose, motion, seen.target if fresh else None, self._sight)
+        ahead = room_ahead(seen.points, seen.pose, seen.height_m, passed, bodies, self._params.stop_clearance_m)
         if hold is not None:
             moving = motion.fastest_mps(self._params.reach_m) > self._params.still_mps
             return self._keep(hold, now_s, name, seen, ahead, moving, fresh)
         if not ahead.closing:
             return Verdict(ahead, False, False, "")
         return self._stop(now_s, name, seen, ahead)
+
+    def _blind(self, name: str, age_s: float) -> Verdict:
+        """A robot whose pose is old cannot be watched: it is held until it is seen again."""
+        first = name not in self._unseen
+        self._unseen.add(name)
+        self._history.pop(name, None)
+        reason = f"{name} is not watched: its pose on /tf is {age_s:.1f} s old, allowed {self._params.stale_s:g} s"
+        return Verdict(Ahead(math.inf, "", False), True, first, reason)
 
     def _keep(
         self, hold: _Hold, now_s: float, name: str, seen: Seen, ahead: Ahead, moving: bool, fresh: bool

@@ -21,4 +21,18 @@ class SafetyParams:
     hold_s: float = param(0.5, "s", "a robot that was stopped is held at least this long", 0.0, 10.0)
     still_mps: float = param(0.03, "m/s", "below this a robot stands still", 0.001, 1.0)
     window_s: float = param(0.06, "s", "motion is measured over this time", 0.01, 1.0)
-    stale_s: float = param(0.3, "s", "frames older than this are not used", 0.05, 10.0)
+    mover_mps: float = param(
+        0.3, "m/s", "what nobody registered and moves slower by the maps counts as standing", 0.05, 2.0
+    )
+    stale_s: float = param(0.3, "s", "a robot whose pose on /tf is older is held: it cannot be watched", 0.05, 10.0)
+
+
+@dataclass(frozen=True)
+class GuardParams:
+    """Of a node that moves something: who must be heard from meanwhile."""
+
+    guarded: bool = param(
+        True, "", "nothing moves unless the safety monitor and the Commander are heard from; false: nobody is needed"
+    )
+    monitor_age_s: float = param(0.25, "s", "stands while the safety monitor's newest word is older", 0.05, 10.0)
+    commander_age_s: float = param(0.6, "s", "stands while the map the Commander last took in is older", 0.05, 10.0)

@@ -97,8 +97,7 @@ TEST(SceneModel, TheNearestSolidOfAnObjectExplainsAPoint) {
     const Eigen::Vector3f ray = randomVector(random, 1.F).normalized();
     points.push_back({p.x(), p.y(), p.z(), 0.01F, ray.x(), ray.y(), ray.z(), 0});
   }
-  std::vector<pc::Explanation> explained;
-  model.explain(points, explained);
+  const std::vector<pc::Explanation>& explained = model.explain(points);
   int hits = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     float distance;
@@ -310,7 +309,7 @@ TEST(Unknown, WhatStaysThreeSetsIsInTheMapAndWhatLeavesGoes) {
         ASSERT_GT(seen, 5);
         EXPECT_GE(found, 0.9 * seen);
       }
-      const bool unknown = set.result->objects.back().name.compare(0, 8, "unknown_") == 0;
+      const bool unknown = set.result->objects.back().is_unknown;
       if (set.k < 1 || set.k > 9) {
         EXPECT_FALSE(unknown);
       } else if (set.k >= 3 && set.k < 8) {

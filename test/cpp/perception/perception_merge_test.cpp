@@ -244,29 +244,57 @@ TEST_P(BothBackends, EmptyAndAllNanCloudsCountAsReceived) {
   EXPECT_TRUE(set.clusters.empty());
   ASSERT_EQ(set.cameras.size(), 2U);
   EXPECT_EQ(set.cameras[0].points, 320U);
-  EXPECT_FALSE(set.cameras[0].absurd);
-  EXPECT_FALSE(set.cameras[1].absurd);
+  EXPECT_EQ(set.cameras[0].finite, 0U);
+  EXPECT_FALSE(set.cameras[0].dropped);
+  EXPECT_FALSE(set.cameras[1].dropped);
 }
 
-TEST_P(BothBackends, AnAbsurdCloudIsDroppedAndNamedTheOthersStay) {
+TEST_P(BothBackends, AnAbsurdPointIsLeftOutAndCountedTheOthersStay) {
   std::mt19937_64 random(3);
-  RandomCamera good = randomCamera(random, 1000);
   for (const float value : {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), 1e9F}) {
     for (const std::size_t at : {std::size_t{0}, std::size_t{501}, std::size_t{999}}) {
-      RandomCamera bad = randomCamera(random, 1000);
-      bad.data[4 * at + at % 3] = value;
-      bad.cloud.data = reinterpret_cast<const std::uint8_t*>(bad.data.data());
-      good.cloud.data = reinterpret_cast<const std::uint8_t*>(good.data.data());
+      RandomCamera camera = randomCamera(random, 1000);
+      camera.cloud.data = reinterpret_cast<const std::uint8_t*>(camera.data.data());
       const auto backend = pc::makeBackend(GetParam(), {}, {});
+      pc::MergedSet whole;
+      backend->merge({camera.cloud}, whole);
+      for (int axis = 0; axis < 3; ++axis) {
+        camera.data[4 * at + static_cast<std::size_t>(axis)] = std::numeric_limits<float>::quiet_NaN();
+      }
+      pc::MergedSet without;
+      backend->merge({camera.cloud}, without);
+      camera.data[4 * at + at % 3] = value;
       pc::MergedSet set;
-      backend->merge({bad.cloud, good.cloud}, set);
-      EXPECT_TRUE(set.cameras[0].absurd);
-      EXPECT_EQ(set.cameras[0].kept, 0U);
-      EXPECT_FALSE(set.cameras[1].absurd);
-      EXPECT_EQ(set.points.size(), set.cameras[1].kept);
+      backend->merge({camera.cloud}, set);
+      EXPECT_EQ(set.cameras[0].absurd, 1U);
+      EXPECT_EQ(whole.cameras[0].absurd, 0U);
+      EXPECT_FALSE(set.cameras[0].dropped);
+      EXPECT_EQ(set.cameras[0].finite, without.cameras[0].finite);
+      EXPECT_EQ(set.centroids, without.centroids);
       EXPECT_GT(set.points.size(), 0U);
     }
   }
+}
+
+TEST_P(BothBackends, ACloudFullOfAbsurdPointsIsDroppedTheOthersStay) {
+  std::mt19937_64 random(3);
+  RandomCamera good = randomCamera(random, 1000);
+  RandomCamera bad = randomCamera(random, 1000);
+  for (std::size_t at = 0; at < 11; ++at) {  // one more than the share that is let pass
+    bad.data[4 * (90 * at) + 1] = std::numeric_limits<float>::infinity();
+  }
+  bad.cloud.data = reinterpret_cast<const std::uint8_t*>(bad.data.data());
+  good.cloud.data = reinterpret_cast<const std::uint8_t*>(good.data.data());
+  const auto backend = pc::makeBackend(GetParam(), {}, {});
+  pc::MergedSet set;
+  backend->merge({bad.cloud, good.cloud}, set);
+  EXPECT_TRUE(set.cameras[0].dropped);
+  EXPECT_EQ(set.cameras[0].absurd, 11U);
+  EXPECT_EQ(set.cameras[0].finite, 0U);
+  EXPECT_EQ(set.cameras[0].kept, 0U);
+  EXPECT_FALSE(set.cameras[1].dropped);
+  EXPECT_EQ(set.points.size(), set.cameras[1].kept);
+  EXPECT_GT(set.points.size(), 0U);
 }
 
 TEST_P(BothBackends, RowsWithPaddingAreRead) {

@@ -8,35 +8,18 @@ from typing import Dict, List, Set, Tuple
 import numpy as np
 import pytest
 
-from support.perception_chain import GRID, ChainMap, KnownBody, KnownSolid, PerceptionChain, SceneFactory
+from support.perception_chain import GRID, ChainMap, SceneFactory
+from support.simulated_cell import CAMERAS, SimulatedCell
 from yarm.geometry import FloatArray, GridSpec
-from yarm.sim.bodies import Body, FramedSolid
-from yarm.sim.camera_model import KINECT
-from yarm.sim.cameras import Eyes
-from yarm.sim.scene import load_scene, shipped_scenes
-from yarm.sim.world import World
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.scene import shipped_scenes
+from yarm.sim.sensors.camera_model import KINECT
+from yarm.sim.sensors.cameras import Eyes
 
 Cell = Tuple[int, int, int]
-CAMERAS = (1, 2, 3, 4)
-CALIBRATION_SETS, RUNNING_SETS, TICKS_A_SET = 5, 12, 2
+CALIBRATION_SETS, RUNNING_SETS = 5, 12
 LEAST_RAYS = 3
 SPEC = GridSpec()
-
-
-def known_body(body: Body) -> KnownBody:
-    """A simulated body as the registry tells it."""
-    solids = tuple(known_solid(item) for item in body.solids)
-    return KnownBody(body.name, body.kind, not body.dynamic, body.seed_frame, tuple(body.link_frames), solids)
-
-
-def known_solid(item: FramedSolid) -> KnownSolid:
-    """A simulated solid, in the C++ core's convention of sizes."""
-    size = tuple(item.solid.size)
-    if item.solid.shape == "cylinder":
-        size = (size[0], 0.0, size[1])
-    elif item.solid.shape == "sphere":
-        size = (size[0], 0.0, 0.0)
-    return KnownSolid(item.solid.shape, size, item.frame, item.T_frame_solid)
 
 
 def visible_cells(eyes: Eyes, poses: Dict[str, FloatArray]) -> Set[Cell]:
@@ -57,7 +40,7 @@ def visible_cells(eyes: Eyes, poses: Dict[str, FloatArray]) -> Set[Cell]:
     return {cell for cell, count in hits.items() if count >= LEAST_RAYS}
 
 
-def filled_cells(world: World, poses: Dict[str, FloatArray]) -> np.ndarray:
+def filled_cells(world: SimWorld, poses: Dict[str, FloatArray]) -> np.ndarray:
     """Boolean grid of cells that some body reaches into, by dense sampling of its solids (1.5 cm)."""
     filled = np.zeros(GRID, dtype=bool)
     for body in world.bodies.values():
@@ -77,8 +60,8 @@ def filled_cells(world: World, poses: Dict[str, FloatArray]) -> np.ndarray:
     return filled
 
 
-def grown(grid: np.ndarray, corners: bool) -> np.ndarray:
-    """A boolean grid grown by one cell over faces, or over corners too."""
+def inflated(grid: np.ndarray, corners: bool) -> np.ndarray:
+    """A boolean grid inflated by one cell over faces, or over corners too."""
     padded = np.pad(grid, 1)
     result = np.zeros_like(grid)
     for dx, dy, dz in np.ndindex(3, 3, 3):
@@ -102,42 +85,13 @@ class Tally:
     def add(self, map_: ChainMap, visible: Set[Cell], filled: np.ndarray, debris: List[str]) -> None:
         """Count one set."""
         occupied = map_.grid > 0
-        near = grown(occupied, corners=False)
+        near = inflated(occupied, corners=False)
         self.visible += len(visible)
         self.missed += sum(not near[cell] for cell in visible)
         self.marked += int(occupied.sum())
-        self.phantom += int((occupied & ~grown(filled, corners=True)).sum())
+        self.phantom += int((occupied & ~inflated(filled, corners=True)).sum())
         self.debris_sets += len(debris)
         self.debris_missing += sum(len(map_.cells.get(name, ())) == 0 for name in debris)
-
-
-class SimulatedCell:
-    """A simulated scene, its cameras and the perception chain."""
-
-    def __init__(self, scene: str) -> None:
-        self.world = World(load_scene(scene))
-        self.eyes = Eyes(self.world.scene.seed, noise=True)
-        self.chain = PerceptionChain()
-        self.frame = 0
-        self.tell()
-
-    def tell(self) -> None:
-        """The cameras learn who is there."""
-        self.eyes.look_at(self.world.bodies, self.world.transforms())
-
-    def next_set(self, calibrating: bool) -> ChainMap:
-        """Simulate up to the next camera set and perceive it."""
-        for _ in range(TICKS_A_SET):
-            self.world.tick()
-        self.frame += 1
-        poses = dict(self.world.transforms())
-        clouds = [self.eyes.overhead_cloud(camera, poses, self.frame).copy() for camera in CAMERAS]
-        bodies = [known_body(body) for body in self.world.bodies.values()]
-        return self.chain.process(clouds, self.eyes.overhead_poses, bodies, poses, calibrating, self.world.time_ns)
-
-    def close(self) -> None:
-        self.chain.close()
-        self.world.close()
 
 
 @pytest.mark.parametrize("scene", shipped_scenes())
@@ -150,10 +104,7 @@ def test_map_against_the_bodies(scene):
         tally = Tally()
         for _ in range(2):
             tally.twos.append(int((cell.next_set(calibrating=False).grid == 2).sum()))
-        for event in cell.world.scene.events:
-            if event.spawn is not None:
-                cell.world.spawn(event.spawn)
-        cell.tell()
+        cell.spawn_all()
         for robot in cell.world.robots.values():
             robot.drive(0.3, 0.0, 0.5)
         debris = [body.name for body in cell.world.bodies.values() if body.kind == "Debris"]

@@ -2,8 +2,8 @@
 #include "yarm/ros/conversions.hpp"
 #include "yarm/ros/node_params.hpp"
 #include "yarm/ros/pool.hpp"
-#include "yarm/ros/seed_buffer.hpp"
 #include "yarm/ros/side_object.hpp"
+#include "yarm/sync/seed_buffer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -111,6 +111,24 @@ TEST(MergedPoints, comeBackAsTheyWere) {
   EXPECT_EQ(back.points[0].camera, 2);
 }
 
+TEST(MergedPoints, absentCamerasTravelAlong) {
+  pc::MergedSet set = someSet();
+  set.absent = {1, 3};
+  PointCloud2 message;
+  yarm::fillMergedPoints(set, message);
+  EXPECT_EQ(message.is_dense, 0);
+  EXPECT_EQ(message.width, 4U);
+  EXPECT_EQ(message.data.size(), message.row_step);
+  pc::MergedSet back;
+  back.absent = {7};
+  ASSERT_TRUE(yarm::readMergedPoints(message, pc::MergeParams(), back).ok());
+  EXPECT_EQ(back.absent, set.absent);
+  EXPECT_EQ(back.points.size(), 2U);
+  yarm::fillMergedPoints(someSet(), message);
+  ASSERT_TRUE(yarm::readMergedPoints(message, pc::MergeParams(), back).ok());
+  EXPECT_TRUE(back.absent.empty());
+}
+
 TEST(MergedPoints, aPointOutsideTheBoxIsRefused) {
   for (const float bad : {3.F, -3.F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     pc::MergedSet set = someSet();
@@ -160,6 +178,21 @@ TEST(Associated, comesBackAsItWas) {
   EXPECT_EQ(b.points, object.points);
   EXPECT_EQ(b.hidden, object.hidden);
   EXPECT_EQ(b.attached_to, object.attached_to);
+}
+
+TEST(Associated, unknownThingsAreToldByTheirNames) {
+  pc::AssociatedSet set;
+  set.objects.resize(2);
+  set.objects[0].name = pc::unknownName(12);
+  set.objects[1].name = "box_unknown_1";
+  yarm::AssociatedClusterVector message;
+  yarm::fillAssociated(set, {}, message);
+  pc::AssociatedSet read;
+  pc::GridSpec grid;
+  ASSERT_EQ(yarm::readAssociated(message, read, grid).reason, "");
+  EXPECT_EQ(read.objects[0].name, "unknown_12");
+  EXPECT_TRUE(read.objects[0].is_unknown);
+  EXPECT_FALSE(read.objects[1].is_unknown);
 }
 
 TEST(Associated, nonsenseIsRefusedAllAtOnce) {
@@ -212,8 +245,8 @@ constexpr std::int64_t kMs = 1'000'000;
 
 TEST(SeedBuffer, seedsAreInterpolatedToTheStamp) {
   yarm::SeedBuffer buffer;
-  buffer.add(100 * kMs, {seedAt("a", 0.0, 0.0, 100 * kMs)});
-  buffer.add(120 * kMs, {seedAt("a", 1.0, 0.4, 120 * kMs)});
+  buffer.add(100 * kMs, {seedAt("a", 0.0, 0.0, 100 * kMs)}, 100 * kMs);
+  buffer.add(120 * kMs, {seedAt("a", 1.0, 0.4, 120 * kMs)}, 120 * kMs);
   const auto found = buffer.lookup(105 * kMs);
   EXPECT_EQ(found.match, yarm::SeedMatch::exact);
   ASSERT_EQ(found.seeds.size(), 1U);
@@ -226,7 +259,7 @@ TEST(SeedBuffer, seedsAreInterpolatedToTheStamp) {
 TEST(SeedBuffer, beyondTheEndTheNewestSeedsSayHowOldTheyAre) {
   yarm::SeedBuffer buffer;
   EXPECT_EQ(buffer.lookup(1).match, yarm::SeedMatch::none);
-  buffer.add(100 * kMs, {seedAt("a", 3.0, 0.0, 100 * kMs)});
+  buffer.add(100 * kMs, {seedAt("a", 3.0, 0.0, 100 * kMs)}, 100 * kMs);
   EXPECT_FALSE(buffer.covers(130 * kMs));
   const auto found = buffer.lookup(130 * kMs);
   EXPECT_EQ(found.match, yarm::SeedMatch::newest);
@@ -236,8 +269,8 @@ TEST(SeedBuffer, beyondTheEndTheNewestSeedsSayHowOldTheyAre) {
 
 TEST(SeedBuffer, objectsExistAsTheMessageAfterTheStampSays) {
   yarm::SeedBuffer buffer;
-  buffer.add(100 * kMs, {seedAt("gone", 0.0, 0.0, 100 * kMs), seedAt("stays", 0.0, 0.0, 100 * kMs)});
-  buffer.add(120 * kMs, {seedAt("stays", 1.0, 0.0, 120 * kMs), seedAt("new", 5.0, 0.0, 120 * kMs)});
+  buffer.add(100 * kMs, {seedAt("gone", 0.0, 0.0, 100 * kMs), seedAt("stays", 0.0, 0.0, 100 * kMs)}, 100 * kMs);
+  buffer.add(120 * kMs, {seedAt("stays", 1.0, 0.0, 120 * kMs), seedAt("new", 5.0, 0.0, 120 * kMs)}, 120 * kMs);
   const auto found = buffer.lookup(110 * kMs);
   ASSERT_EQ(found.seeds.size(), 2U);
   EXPECT_EQ(found.seeds[0].name, "stays");
@@ -247,17 +280,66 @@ TEST(SeedBuffer, objectsExistAsTheMessageAfterTheStampSays) {
 
 TEST(SeedBuffer, aStaleSeedIsNotCarriedForward) {
   yarm::SeedBuffer buffer;
-  buffer.add(100 * kMs, {seedAt("a", 7.0, 0.0, 40 * kMs)});
-  buffer.add(120 * kMs, {seedAt("a", 7.0, 0.0, 40 * kMs)});
+  buffer.add(100 * kMs, {seedAt("a", 7.0, 0.0, 40 * kMs)}, 100 * kMs);
+  buffer.add(120 * kMs, {seedAt("a", 7.0, 0.0, 40 * kMs)}, 120 * kMs);
   EXPECT_EQ(buffer.lookup(110 * kMs).seeds[0].stamp_ns, 40 * kMs);
 }
 
-TEST(SeedBuffer, timeThatStartsAgainEmptiesIt) {
+TEST(SeedBuffer, aClockThatGoesBackEmptiesIt) {
   yarm::SeedBuffer buffer;
-  buffer.add(9000 * kMs, {seedAt("a", 0.0, 0.0, 9000 * kMs)});
-  buffer.add(16 * kMs, {seedAt("a", 1.0, 0.0, 16 * kMs)});
+  buffer.add(9000 * kMs, {seedAt("a", 0.0, 0.0, 9000 * kMs)}, 9000 * kMs);
+  buffer.noticeClock(10 * kMs);
   EXPECT_FALSE(buffer.covers(17 * kMs));
+  EXPECT_EQ(buffer.add(16 * kMs, {seedAt("a", 1.0, 0.0, 16 * kMs)}, 16 * kMs), "");
   EXPECT_EQ(buffer.lookup(16 * kMs).seeds[0].T_world_seed.translation().x(), 1.0);
+}
+
+TEST(SeedBuffer, seedsThatComeBeforeTheirClockAreTheFirstOfTheNewTime) {
+  yarm::SeedBuffer buffer;
+  buffer.add(9000 * kMs, {seedAt("a", 0.0, 0.0, 9000 * kMs)}, 9000 * kMs);
+  EXPECT_NE(buffer.add(16 * kMs, {seedAt("a", 1.0, 0.0, 16 * kMs)}, 9000 * kMs), "");
+  buffer.noticeClock(16 * kMs);
+  EXPECT_EQ(buffer.lookup(16 * kMs).seeds.at(0).T_world_seed.translation().x(), 1.0);
+}
+
+TEST(SeedBuffer, stampsFarFromTheClockAreRefusedAndChangeNothing) {
+  yarm::SeedBuffer buffer;
+  for (std::int64_t now_ms = 10000; now_ms < 10200; now_ms += 16) {
+    EXPECT_EQ(buffer.add(now_ms * kMs, {seedAt("a", 1.0, 0.0, now_ms * kMs)}, now_ms * kMs), "");
+    for (const std::int64_t bad_ms : {std::int64_t{0}, now_ms - 6000, now_ms - 150, now_ms + 600, now_ms + 1000000}) {
+      EXPECT_NE(buffer.add(bad_ms * kMs, {seedAt("a", 9.0, 0.0, bad_ms * kMs)}, now_ms * kMs), "") << bad_ms;
+    }
+    const auto found = buffer.lookup((now_ms - 8) * kMs);
+    EXPECT_EQ(found.match, yarm::SeedMatch::exact);
+    EXPECT_EQ(found.seeds.at(0).T_world_seed.translation().x(), 1.0);
+    EXPECT_FALSE(buffer.covers((now_ms + 1) * kMs));
+  }
+  const std::string fault = buffer.add(0, {}, 12000 * kMs);
+  EXPECT_NE(fault.find("its stamp 0.000 s is 12.000 s behind the clock, at most 5.0 s"), std::string::npos) << fault;
+}
+
+TEST(SeedBuffer, aWrongStampFromBeforeTheTimeWasKnownIsForgotten) {
+  yarm::SeedBuffer buffer;
+  EXPECT_EQ(buffer.add(1000000 * kMs, {seedAt("a", 9.0, 0.0, 1000000 * kMs)}, 0), "");
+  EXPECT_EQ(buffer.add(1000 * kMs, {seedAt("a", 1.0, 0.0, 1000 * kMs)}, 1000 * kMs), "");
+  EXPECT_EQ(buffer.lookup(1000 * kMs).seeds.at(0).T_world_seed.translation().x(), 1.0);
+}
+
+TEST(Seeds, aTransformThatMakesNoSenseIsLeftOutAndNamed) {
+  yarm::TransformStampedVector message;
+  message.transforms.resize(3);
+  message.frame = {"right", "turned_by_nothing", "nowhere"};
+  message.type = {"static", "dynamic", "dynamic"};
+  message.object = {"Obstacle", "Mobile", "Mobile"};
+  message.transforms[0].transform.rotation.w = 1.0;
+  message.transforms[2].transform.rotation.w = 1.0;
+  message.transforms[2].transform.translation.y = std::numeric_limits<double>::quiet_NaN();
+  const auto read = yarm::readSeeds(message);
+  ASSERT_EQ(read.value.size(), 1U);
+  EXPECT_EQ(read.value[0].name, "right");
+  for (const char* name : {"turned_by_nothing", "nowhere"}) {
+    EXPECT_NE(read.reason.find(name), std::string::npos) << read.reason;
+  }
 }
 
 TEST(Params, faultsAreListedAllAtOnce) {

@@ -7,30 +7,32 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from yarm.commander.machine import Commander
-from yarm.commander.messages import (
+from yarm.commander.events import (
     CancelGoal,
     ClockReset,
     DeleteDone,
     DeleteObject,
     GoalDone,
+    Log,
     MapUpdate,
     Outcome,
     RegistryUpdate,
-    SanderState,
-    Say,
+    SanderChange,
     SendGoal,
     ServerUpdate,
     SetAssociation,
+    ShowPlan,
     Tick,
 )
+from yarm.commander.machine import Commander
 from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
 from yarm.commander.shapes import RobotShape
+from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap, GridSpec, MappedObject, quaternion_from_rpy, wrap_angle
 from yarm.planning.registry import make_planner
-from yarm.planning.shapes import ANKURBOT_BEAMS, ANKURBOT_DISCS
+from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
 
 SPEC = GridSpec()
 PERIOD_S = 1.0 / 30.0
@@ -83,7 +85,8 @@ class FakeArm:
     """A manipulator: a tip that stands still, and what it was told."""
 
     tip: tuple = (-0.25, 0.0, 0.75)
-    state: int = 0
+    area: str = AREA
+    state: SanderState = SanderState.STORAGE
     on: bool = False
     told: list = field(default_factory=list)
 
@@ -94,7 +97,7 @@ class FakeCell:
     def __init__(self, params=None, planner="yarm", **robots):
         """Robots by name: (x, y, yaw) of the end effector."""
         self.params = params or CommanderParams()
-        tools = Tools(make_planner(planner), np.random.default_rng(self.params.seed))
+        tools = Tools(make_planner(planner, self.params.planner_params), np.random.default_rng(self.params.seed))
         self.commander = Commander(self.params, tools)
         self.robots = {name: FakeRobot(*pose) for name, pose in robots.items()}
         self.arms = {}
@@ -108,6 +111,7 @@ class FakeCell:
         self.fail_next = {}
         self.deletes = True
         self.said = []
+        self.shown = []
         self.sent = []
         self.association = []
         self.touches = []
@@ -192,7 +196,7 @@ class FakeCell:
         objects = {}
         for name, cells in {**self.statics, **self.obstacles}.items():
             objects[name] = MappedObject(
-                name, "Obstacle", 1, tuple(SPEC.centers(cells).mean(axis=0)), (0, 0, 0, 1), cells
+                name, "Obstacle", 1, tuple(SPEC.centres(cells).mean(axis=0)), (0, 0, 0, 1), cells
             )
         for name, (x, y) in self.debris.items():
             cells = SPEC.cells_inside([(x + dx, y + dy, 0.75) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
@@ -250,7 +254,9 @@ class FakeCell:
                 self.association.append((self.now, action.on))
             elif isinstance(action, DeleteObject):
                 self._delete(action.name)
-            elif isinstance(action, Say):
+            elif isinstance(action, ShowPlan):
+                self.shown.append(action)
+            elif isinstance(action, Log):
                 self.said.append(action.text)
 
     def _take(self, goal):
@@ -266,13 +272,14 @@ class FakeCell:
 
     def _tell(self, arm, goal):
         arm.told.append((self.now, goal.action))
-        answer = AREA if goal.action == "CALIBRATION" else ""
+        answer = arm.area if goal.action == "CALIBRATION" else ""
         if goal.action in ("ON", "OFF"):
             arm.on = goal.action == "ON"
         else:
-            arm.state = 4 if goal.action == "CALIBRATION" else 0
+            calibrated = goal.action == "CALIBRATION"
+            arm.state = SanderState.SCAN_TO_PATH if calibrated else SanderState.STORAGE
             arm.on = False
-            self._events.append(SanderState(goal.robot, arm.state))
+            self._events.append(SanderChange(goal.robot, arm.state))
         self._events.append(GoalDone(goal.robot, goal.serial, Outcome.SUCCEEDED, answer))
 
     def _cancel(self, action):

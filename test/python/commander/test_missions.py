@@ -6,10 +6,11 @@ import math
 
 import pytest
 
-from python.commander.fake_cell import FakeArm, FakeCell, box_cells
-from yarm.commander.messages import GoalDone, Hold, Outcome
+from python.commander.fake_cell import SPEC, FakeArm, FakeCell, box_cells
+from yarm.commander.events import GoalDone, Hold, Outcome
 from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
+from yarm.control.sander.states import SanderState
 
 START = (0.65, 1.6, math.pi)
 SECOND = (0.65, -1.9, math.pi)
@@ -41,12 +42,20 @@ def moving(cell, name="ankurbot_1"):
     return lambda: cell.robots[name].goal is not None
 
 
+@pytest.mark.parametrize(("turns_deg", "outcome"), [((0.0, 90.0, -90.0), "failed"), ((0.0, 45.0, -45.0), "succeeded")])
+def test_the_task_queue_and_the_planner_make_the_same_turns(turns_deg, outcome):
+    cell = cell_with(targets=[(-2.35, -2.35)], arm=False, params=CommanderParams(turns_deg=turns_deg, give_up_s=5.0))
+    boundless(cell)
+    assert outcome_of(cell).outcome == outcome
+    assert (outcome == "succeeded") == (cell.targets == {})
+
+
 def test_calibration_keeps_association_off_until_clouds_are_learnt():
     cell = cell_with()
     assert [on for _, on in cell.association] == [False, True]
     (off, _), (on, _) = cell.association
     assert on - off >= cell.params.settle_s
-    assert cell.commander.world.answers["hc10_barc"].area == (11, 29, 17, 32, 0, 10)
+    assert cell.commander.cell.answers["hc10_barc"].area == (11, 29, 17, 32, 0, 10)
 
 
 def test_a_redo_switches_association_off_and_on_again():
@@ -155,7 +164,7 @@ def test_current_looks_for_more_and_cleanup_sends_everybody_home():
     assert outcome_of(cell).outcome == "succeeded"
     robot = cell.robots["ankurbot_1"]
     assert (robot.x, robot.y) == pytest.approx(START[:2], abs=0.06)
-    assert cell.arms["hc10_barc"].state == 0
+    assert cell.arms["hc10_barc"].state is SanderState.STORAGE
     assert cell.request(next_state=True).success
     assert cell.status.state is State.IDLE
 
@@ -285,6 +294,21 @@ def test_a_refused_deletion_is_asked_for_again():
     assert cell.debris == {}
 
 
+def test_what_a_mission_has_reached_is_no_goal_of_the_next_while_the_map_shows_it():
+    cell = cell_with([(-0.12, 0.10)], arm=False)
+    cell.deletes = False
+    boundless(cell)
+    cell.run(lambda: any("was not deleted" in line for line in cell.said), 60.0)
+    assert [(t.goal, t.status) for t in cell.status.tasks] == [("debris_1", "reached")]
+    assert cell.request(previous_state=True).success
+    cell.run(cell.idle, 20.0)
+    sent = len(cell.sent)
+    boundless(cell)
+    cell.run_for(0.5)
+    assert cell.status.tasks == ()
+    assert len(cell.sent) == sent
+
+
 def test_the_simulator_started_again_leads_through_calibration_back_into_the_mission():
     cell = cell_with([(-0.12, 0.10)])
     boundless(cell)
@@ -348,3 +372,83 @@ def test_the_same_events_give_the_same_actions():
         return [(round(at, 6), goal) for at, goal in cell.sent]
 
     assert run() == run()
+
+
+SECOND_AREA = "SPACE=SWITCH/AREA=30,48,6,21,0,10"
+
+
+def two_arms(debris=(), params=None):
+    """Two manipulators far apart, each with an area of its own, and a robot away from both."""
+    cell = FakeCell(params, ankurbot_1=(0.65, 2.0, math.pi))
+    cell.arms["hc10_barc"] = FakeArm()
+    cell.arms["hc10_barc_2"] = FakeArm(tip=(1.25, -1.10, 0.75), area=SECOND_AREA)
+    cell.debris = {f"debris_{i + 1}": at for i, at in enumerate(debris)}
+    cell.calibrate()
+    return cell
+
+
+def test_each_manipulator_answers_for_its_own_area():
+    known = two_arms().commander.cell
+    assert known.answers["hc10_barc"].area == (11, 29, 17, 32, 0, 10)
+    assert known.answers["hc10_barc_2"].area == (30, 48, 6, 21, 0, 10)
+    areas = known.private_areas()
+    assert sorted(areas) == ["hc10_barc", "hc10_barc_2"]
+    assert areas["hc10_barc"].sum() == 19 * 16
+    assert areas["hc10_barc_2"].sum() == 19 * 16
+    assert not (areas["hc10_barc"] & areas["hc10_barc_2"]).any()
+    assert (known.private_columns() == (areas["hc10_barc"] | areas["hc10_barc_2"])).all()
+
+
+def test_debris_near_one_manipulator_pauses_that_one_alone():
+    cell = two_arms()
+    first, second = cell.arms["hc10_barc"], cell.arms["hc10_barc_2"]
+    cell.run(lambda: first.on and second.on, 10.0)
+    cell.debris["debris_1"] = (1.20, -1.05)
+    cell.run(lambda: not second.on, 5.0)
+    cell.run_for(3.0)
+    assert first.on
+    assert not second.on
+    assert [action for _, action in first.told].count("OFF") == 0
+    del cell.debris["debris_1"]
+    cell.run(lambda: second.on, 5.0)
+
+
+def test_bounded_keeps_out_of_every_manipulators_area():
+    cell = two_arms([(1.25, -1.10)], CommanderParams(give_up_s=5.0))
+    assert cell.request(jump_state=4).success
+    status = outcome_of(cell)
+    assert status.outcome == "failed"
+    assert "debris_1 cannot be reached" in status.reason
+    assert [goal for _, goal in cell.sent if goal.target is not None] == []
+
+
+def test_both_manipulators_go_to_storage():
+    cell = two_arms()
+    assert cell.request(next_state=True).success
+    boundless(cell)
+    cell.run(cell.idle, 60.0)
+    assert cell.request(next_state=True).success
+    cell.run(cell.idle, 60.0)
+    assert {arm.state for arm in cell.arms.values()} == {SanderState.STORAGE}
+
+
+def test_a_robot_moved_aside_into_an_area_stays_until_the_other_has_passed():
+    """Sent out at once it would stand in the way again, and be moved aside again, for ever."""
+    cell = FakeCell(ankurbot_1=(-0.35, 1.05, math.pi), ankurbot_2=(1.9, 1.9, 0.0))
+    cell.statics = {
+        "table": box_cells((-1.45, 0.50, 0.0), (-0.55, 1.70, 0.70)),
+        "hc10_barc_2_table": box_cells((0.55, -1.70, 0.0), (1.45, -0.50, 0.70)),
+    }
+    cell.arms["hc10_barc"] = FakeArm(tip=(-1.25, 1.40, 0.75), area="SPACE=SWITCH/AREA=1,19,28,43,0,10")
+    cell.arms["hc10_barc_2"] = FakeArm(tip=(1.25, -1.40, 0.75), area=SECOND_AREA)
+    cell.debris = {"debris_2": (1.15, -1.05)}
+    cell.calibrate()
+    boundless(cell)
+    status = outcome_of(cell)
+    assert status.outcome == "succeeded"
+    assert len([goal for _, goal in cell.sent if goal.target is not None]) < 12
+    assert not any(cell.commander.cell.private_columns()[cell_of(robot)] for robot in cell.robots.values())
+
+
+def cell_of(robot):
+    return SPEC.column_of((robot.x, robot.y))

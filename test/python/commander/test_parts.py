@@ -9,11 +9,12 @@ import pytest
 
 from python.commander.fake_cell import SHAPE, SPEC
 from yarm.commander.answers import AnswerError, parse_answer
+from yarm.commander.events import CancelGoal, GoalDone, Outcome, Target
 from yarm.commander.goals import GoalBook, Purpose, remaining
-from yarm.commander.messages import CancelGoal, GoalDone, Outcome, Target
-from yarm.commander.shapes import Solid, robot_shape
+from yarm.commander.shapes import robot_shape
 from yarm.commander.supervision import distance_to_cells
-from yarm.planning.shapes import ankurbot_mask
+from yarm.geometry.solids import Solid
+from yarm.robots.ankurbot import ankurbot_mask
 
 
 def test_answers():
@@ -38,7 +39,7 @@ def pose(x=0.0, y=0.0, z=0.0):
 
 def test_the_shape_from_solids_is_the_drawn_robot():
     solids = [
-        Solid("cylinder", (0.45, 0.35), pose(-1.3, 0, 0.325 - 0.89)),
+        Solid("cylinder", (0.35, 0.45), pose(-1.3, 0, 0.325 - 0.89)),
         Solid("box", (0.10, 0.10, 0.42), pose(-1.3, 0, 0.76 - 0.89)),
         Solid("box", (1.30, 0.08, 0.08), pose(-0.65, 0, 0.0)),
         Solid("sphere", (0.04,), pose()),

@@ -17,6 +17,8 @@ JUMPS = (-1, 1, 2, 3, 4, 5, 6, 7)
 def request_of(trigger, jump=4):
     if trigger is Trigger.JUMP:
         return Request(jump_state=jump)
+    if trigger is Trigger.EMPTY:
+        return Request()
     return Request(**{trigger.value: True})
 
 
@@ -29,20 +31,23 @@ def test_every_row_fires(row):
 
 
 SPEC_TABLE = {
-    State.IDLE: {"next": 1, "current": 1, "previous": 1, 4: 1, 5: 1, 2: 1},
+    State.IDLE: {"empty": 1, "next": 1, "current": 1, "previous": 1, 4: 1, 5: 1, 2: 1},
     State.STARTED: {"next": 2, "current": 1},
     State.CALIBRATION: {"current": 2, "previous": 1, "next": 3, 4: 4, 5: 5},
     State.MENU: {"current": 3, "previous": 2, 4: 4, 5: 5},
     State.BOUNDED: {"current": 4, "next": 6, "previous": 3},
     State.BOUNDLESS: {"current": 5, "next": 6, "previous": 3},
-    State.CLEANUP: {"next": 0, "current": 0, "previous": 0, 4: 0, 5: 0, 2: 0},
+    State.CLEANUP: {"empty": 0, "next": 0, "current": 0, "previous": 0, 4: 0, 5: 0, 2: 0},
 }
 
 
 @pytest.mark.parametrize("state", State)
-@pytest.mark.parametrize("asked", ["next", "current", "previous", 2, 4, 5])
+@pytest.mark.parametrize("asked", ["empty", "next", "current", "previous", 2, 4, 5])
 def test_the_table_is_the_specified_one(state, asked):
-    request = Request(jump_state=asked) if isinstance(asked, int) else Request(**{f"{asked}_state": True})
+    if asked == "empty":
+        request = Request()
+    else:
+        request = Request(jump_state=asked) if isinstance(asked, int) else Request(**{f"{asked}_state": True})
     verdict = decide(request, Situation(state, succeeded=True))
     expected = SPEC_TABLE[state].get(asked)
     assert (None if verdict.transition is None else int(verdict.transition.target)) == expected
@@ -55,7 +60,7 @@ def test_what_is_not_in_the_table_is_refused_with_state_and_choices(state, trigg
     if find(TABLE, state, trigger, jump) is not None:
         return
     verdict = decide(request_of(trigger, jump), Situation(state, succeeded=True))
-    assert verdict.transition is None
+    assert verdict.transition is None, verdict
     assert f"state {int(state)} {state.name} accepts:" in verdict.message
     for row in TABLE:
         if row.source is state:
@@ -66,7 +71,6 @@ def test_what_is_not_in_the_table_is_refused_with_state_and_choices(state, trigg
 @pytest.mark.parametrize(
     "request_",
     [
-        Request(),
         Request(next_state=True, current_state=True),
         Request(next_state=True, jump_state=4),
         Request(True, True, True, 5),
@@ -79,8 +83,17 @@ def test_exactly_one_field(state, request_):
     assert state.name in verdict.message
 
 
+@pytest.mark.parametrize("state", [s for s in State if s not in (State.IDLE, State.CLEANUP)])
+@pytest.mark.parametrize("busy", [False, True])
+def test_an_empty_request_is_refused_where_not_anything_is_accepted(state, busy):
+    verdict = decide(Request(), Situation(state, busy=busy, succeeded=True))
+    assert verdict.transition is None
+    assert verdict.message.startswith("refused: exactly one field must be set, but set were: none; state ")
+    assert f"{state.name} accepts:" in verdict.message
+
+
 @pytest.mark.parametrize("state", [s for s in State if s not in (State.IDLE, State.STARTED)])
-@pytest.mark.parametrize("trigger", Trigger)
+@pytest.mark.parametrize("trigger", [t for t in Trigger if t is not Trigger.EMPTY])
 def test_busy_accepts_only_previous(state, trigger):
     verdict = decide(request_of(trigger), Situation(state, busy=True, succeeded=True))
     if trigger is Trigger.PREVIOUS:

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from yarm.control.arm_model import ArmDescription, load_arm
-from yarm.control.sander_params import SanderParams
-from yarm.control.sander_planner import SanderPlanner
+from yarm.control.arm.model import ArmDescription, load_arm
+from yarm.control.sander.params import SanderParams
+from yarm.control.sander.planner import SanderPlanner
 
 PART_LOWER, PART_UPPER, PART_TOP_M = (-0.45, -0.30), (-0.05, 0.30), 0.73
 TOOL_RADIUS_M = 0.06

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Tuple
 
-from yarm.experiments.recorder import ContactSample, PlanSample, Recorder, TaskSample
+from yarm.experiments.run.recorder import ContactSample, PlanSample, Recorder, TaskSample
 from yarm.geometry import GridSpec
 
 SPEC = GridSpec()

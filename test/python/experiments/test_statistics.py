@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from yarm.experiments.statistics import Proportion, interquartile_text, percentile, wilson_interval
+from yarm.experiments.statistics import Proportion, bootstrap_interval, interquartile_text, percentile, wilson_interval
 
 
 @pytest.mark.parametrize(
@@ -58,3 +59,13 @@ def test_percentiles_ignore_what_is_not_finite() -> None:
     assert math.isnan(percentile([], 50))
     assert interquartile_text([4, 5, 6, 7, 8]) == "6 (5-7)"
     assert interquartile_text([]) == "-"
+
+
+def test_a_bootstrap_interval_narrows_with_the_sample() -> None:
+    def mean(values: Any) -> float:
+        return float(values.mean())
+
+    few, many = bootstrap_interval([0.0, 1.0] * 5, mean), bootstrap_interval([0.0, 1.0] * 200, mean)
+    assert few[0] < many[0] < 0.5 < many[1] < few[1]
+    assert bootstrap_interval([2.0] * 5, mean) == (2.0, 2.0) and math.isnan(bootstrap_interval([], mean)[0])
+    assert many[1] - many[0] == pytest.approx(2 * 1.96 * 0.5 / math.sqrt(400), rel=0.2)

@@ -30,7 +30,7 @@ def test_cell_is_floor_of_scaled_point_and_outside_has_none(points):
 
 @given(st.integers(0, 49), st.integers(0, 49), st.integers(0, 19))
 def test_centre_of_a_cell_lies_in_that_cell(x, y, z):
-    cells, inside = SPEC.cells_of(SPEC.centers([(x, y, z)]))
+    cells, inside = SPEC.cells_of(SPEC.centres([(x, y, z)]))
     assert inside.all()
     assert tuple(cells[0]) == (x, y, z)
 

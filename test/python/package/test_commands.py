@@ -44,7 +44,47 @@ def test_an_unknown_make_variable_is_named() -> None:
 def test_a_known_variable_may_hold_several_words() -> None:
     ended = run(["make", "-n", "-C", str(ROOT), "--no-print-directory", "test", "TESTS=-k name --maxfail=2"])
     assert ended.returncode == 0, ended.stderr
-    assert "pytest test -k name --maxfail=2" in ended.stdout
+    assert "tools/test.sh -k name --maxfail=2" in ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("case", "calls"),
+    [("2m1ma", "rosrun yarm run_experiment --case 2m1ma --seed 3"), ("coursework", "rosrun yarm coursework --seed 3")],
+)
+def test_the_demo_calls_what_its_case_needs(case: str, calls: str) -> None:
+    ended = run(["make", "-n", "-C", str(ROOT), "--no-print-directory", "demo", f"CASE={case}"])
+    assert ended.returncode == 0, ended.stderr
+    assert calls in ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("fast", "slow", "verdict"),
+    [(0, 0, 0), (1, 0, 1), (0, 1, 1), (2, 1, 2), (5, 0, 0), (0, 5, 0), (5, 1, 1), (1, 5, 1), (5, 5, 5)],
+)
+def test_both_parts_of_the_tests_run_and_the_worse_one_counts(
+    tmp_path: Path, fast: int, slow: int, verdict: int
+) -> None:
+    """pytest gives 5 when it finds no test: a selection may leave nothing of one part, not of both."""
+    log = tmp_path / "log"
+    write(tmp_path / "python3", f'echo "$@" >>{log}; case "$*" in *test/python*) exit {fast};; esac; exit {slow}')
+    environment = {"PATH": f"{tmp_path}:/usr/bin:/bin"}
+    ended = run(["/bin/bash", str(ROOT / "tools" / "test.sh"), "-k", "one or two"], env=environment)
+    assert ended.returncode == verdict
+    first, second = log.read_text().splitlines()
+    assert "--dist loadfile test/python test/contract -k one or two" in first
+    assert second == "-m pytest test/cpp test/ros test/system -k one or two"
+    assert {path.name for path in (ROOT / "test").iterdir() if list(path.rglob("test_*.py"))} == {
+        word.split("/")[1] for line in (first, second) for word in line.split() if word.startswith("test/")
+    }
+
+
+def test_the_fast_part_can_be_run_alone(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    write(tmp_path / "python3", f'echo "$@" >>{log}; exit 5')
+    environment = {"PATH": f"{tmp_path}:/usr/bin:/bin"}
+    ended = run(["/bin/bash", str(ROOT / "tools" / "test.sh"), "fast"], env=environment)
+    assert ended.returncode == 5
+    assert len(log.read_text().splitlines()) == 1
 
 
 @pytest.fixture

@@ -49,6 +49,6 @@ def test_commands_name_real_things(page):
         if not re.search(rf"^{t}:", make, re.M)
     ]
     lost += [n for n in re.findall(r"rosrun yarm (\w+)", text) if not (ROOT / "scripts" / n).is_file()]
-    lost += [n for n in re.findall(r"roslaunch yarm (\w+\.launch)", text) if not (ROOT / "launch" / n).is_file()]
+    lost += [n for n in re.findall(r"roslaunch yarm (\w+\.launch)", text) if not list((ROOT / "launch").rglob(n))]
     lost += [s for s in re.findall(r"scenes/[\w/]+\.yaml", text) if not (ROOT / s).is_file()]
     assert lost == []

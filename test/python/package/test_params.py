@@ -47,7 +47,36 @@ def test_every_fault_is_listed_with_value_and_allowed():
         assert expected in text
 
 
+@dataclass(frozen=True)
+class SwitchParams:
+    """One that has more than two settings."""
+
+    check: str = param("true", "", "what to check", choices=("true", "false", "report"))
+
+
+@pytest.mark.parametrize(("value", "read"), [(True, "true"), (False, "false"), ("true", "true"), ("report", "report")])
+def test_a_plain_true_or_false_is_a_choice_of_that_name(value, read):
+    assert build(SwitchParams, {"check": value}).check == read
+
+
+def test_a_bool_is_no_choice_where_none_has_its_name():
+    with pytest.raises(ParamError, match="kind = True: must be of type str"):
+        build(DemoParams, {"kind": True})
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_not_finite_is_refused(value):
     with pytest.raises(ParamError, match="finite"):
         build(DemoParams, {"cap_mps": value})
+
+
+def test_a_string_may_have_a_form_besides_the_choices():
+    @dataclass(frozen=True)
+    class FormParams:
+        planner: str = param("yarm", "", "planner", choices=("yarm",), form="module:Class")
+
+    for good in ("yarm", "my_cell.wavefront:Wavefront", "wavefront:Wavefront"):
+        assert build(FormParams, {"planner": good}).planner == good
+    for bad in ("best", "my_cell.:Wavefront", "my cell:Wavefront", "a:b:c", "a:", ":b", "a:b()"):
+        with pytest.raises(ParamError, match="must be one of 'yarm', or module:Class"):
+            build(FormParams, {"planner": bad})

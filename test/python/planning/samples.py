@@ -8,7 +8,7 @@ from typing import Dict, Iterable, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import GridSpec, IntArray, Mask
-from yarm.planning.types import Column, Goal, PlanRequest, Robot
+from yarm.planning.model.types import Column, Goal, PlanRequest, Robot, without_robots
 
 SMALL = GridSpec((16, 12, 4), (0.0, 0.0, 0.0), (1.6, 1.2, 0.4))
 
@@ -45,15 +45,11 @@ def request(
     objects: Optional[Mapping[str, IntArray]] = None,
     forbidden: Optional[np.ndarray] = None,
 ) -> PlanRequest:
-    """A request whose grid holds the robots' cells too; the goals go to the robots in order unless told otherwise."""
-    grid = occupied.astype(np.int8)
-    for one in robots:
-        inside = one.cells[spec.contains(one.cells)]
-        grid[tuple(inside.T)] = 1
+    """A request; the goals go to the robots in order unless told otherwise."""
     given: Dict[str, str] = {r.name: g.name for r, g in zip(robots, goals)}
     return PlanRequest(
         spec,
-        grid,
+        without_robots(spec, occupied, robots),
         tuple(robots),
         {goal.name: goal for goal in goals},
         given if assignments is None else assignments,

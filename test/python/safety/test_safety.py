@@ -7,21 +7,22 @@ import math
 import numpy as np
 import pytest
 
-from yarm.commander.clearance import (
+from yarm.geometry import GridSpec, Pose2
+from yarm.geometry.solids import Solid, surface_points
+from yarm.safety.clearance import (
     Body,
     Foresight,
     Motion,
+    Passing,
     coasting,
+    column_boxes,
     distance,
     placed,
     room_ahead,
     signed_distance,
-    surface_points,
 )
-from yarm.commander.monitor import Monitor, Seen, bodies_for, own_goals
-from yarm.commander.safety_params import SafetyParams
-from yarm.commander.shapes import Solid
-from yarm.geometry import Pose2
+from yarm.safety.monitor import Monitor, Seen, bodies_for, own_goals
+from yarm.safety.params import SafetyParams
 
 EVERYWHERE = (np.full(3, -np.inf), np.full(3, np.inf))
 
@@ -33,7 +34,7 @@ def at(x=0.0, y=0.0, z=0.0):
 
 
 ROBOT = surface_points(
-    [Solid("cylinder", (0.45, 0.35), at(-1.3, 0.0, -0.565)), Solid("box", (1.3, 0.08, 0.08), at(-0.65, 0.0, 0.0))], 0.08
+    [Solid("cylinder", (0.35, 0.45), at(-1.3, 0.0, -0.565)), Solid("box", (1.3, 0.08, 0.08), at(-0.65, 0.0, 0.0))], 0.08
 )
 WALL = Body("table", (Solid("box", (1.0, 4.0, 1.0), at(1.5, 0.0, 0.5)),))
 HEIGHT = 0.89
@@ -45,32 +46,44 @@ HEIGHT = 0.89
         (Solid("box", (2.0, 2.0, 2.0), at()), (2.0, 0.0, 0.0), 1.0),
         (Solid("box", (2.0, 2.0, 2.0), at()), (0.0, 0.0, 0.75), -0.25),
         (Solid("sphere", (0.5,), at(1.0)), (1.0, 2.0, 0.0), 1.5),
-        (Solid("cylinder", (2.0, 0.5), at()), (1.5, 0.0, 0.0), 1.0),
-        (Solid("cylinder", (2.0, 0.5), at()), (0.0, 0.0, 1.25), 0.25),
-        (Solid("cylinder", (2.0, 0.5), at()), (3.5, 0.0, 5.0), 5.0),
+        (Solid("cylinder", (0.5, 2.0), at()), (1.5, 0.0, 0.0), 1.0),
+        (Solid("cylinder", (0.5, 2.0), at()), (0.0, 0.0, 1.25), 0.25),
+        (Solid("cylinder", (0.5, 2.0), at()), (3.5, 0.0, 5.0), 5.0),
     ],
 )
 def test_signed_distances(solid, point, expected):
     assert signed_distance(np.array([point]), solid)[0] == pytest.approx(expected)
 
 
-def test_surface_points_lie_on_the_surface_and_leave_no_gap():
-    for solid in (
-        Solid("cylinder", (0.45, 0.35), at()),
-        Solid("box", (1.3, 0.1, 0.1), at()),
-        Solid("sphere", (0.3,), at()),
-    ):
-        points = surface_points([solid], 0.08)
-        assert np.abs(signed_distance(points, solid)).max() < 1e-9
-        probes = np.random.default_rng(1).normal(size=(200, 3))
-        probes *= 2.0 / np.linalg.norm(probes, axis=1)[:, None]
-        gap = np.array([np.linalg.norm(points - probe, axis=1).min() for probe in probes])
-        assert np.all(gap - signed_distance(probes, solid) < 0.02)
-
-
 def test_boxes_of_the_map_count_as_bodies():
     body = Body("unknown_1", (), np.array([[1.0, -0.1, 0.8, 1.1, 0.1, 0.9]]))
     assert distance(np.array([[0.5, 0.0, 0.85]]), body, *EVERYWHERE) == pytest.approx(0.5)
+
+
+def test_cells_above_each_other_are_one_box_and_no_cell_is_lost():
+    spec = GridSpec()
+    rng = np.random.default_rng(3)
+    cells = np.unique(rng.integers((10, 10, 0), (14, 14, 20), size=(150, 3)), axis=0)
+    boxes = column_boxes(spec, cells[rng.permutation(len(cells))])
+    assert len(boxes) < len(cells)
+    centres = spec.centres(cells)
+    inside = np.all((centres[:, None] > boxes[:, :3]) & (centres[:, None] < boxes[:, 3:]), axis=2)
+    assert np.all(inside.sum(axis=1) == 1)
+    volume = np.prod(boxes[:, 3:] - boxes[:, :3], axis=1).sum()
+    assert volume == pytest.approx(len(cells) * np.prod(spec.resolution))
+    assert column_boxes(spec, np.zeros((0, 3), dtype=np.int64)).shape == (0, 6)
+
+
+def test_a_person_is_as_near_by_its_boxes_as_by_its_cells():
+    spec = GridSpec()
+    cells = np.array([[x, y, z] for x in range(30, 34) for y in range(20, 24) for z in range(20)])
+    half = spec.resolution / 2.0
+    each = Body("person", (), np.hstack([spec.centres(cells) - half, spec.centres(cells) + half]))
+    runs = Body("person", (), column_boxes(spec, cells))
+    points = np.random.default_rng(4).uniform((-2.5, -2.5, 0.0), (2.5, 2.5, 1.3), size=(50, 3))
+    for point in points:
+        probe = point[None]
+        assert distance(probe, runs, *EVERYWHERE) == pytest.approx(distance(probe, each, *EVERYWHERE))
 
 
 def test_a_robot_is_placed_at_its_end_effector():
@@ -82,20 +95,20 @@ def test_coasting_ends_at_the_target():
     sight = Foresight()
     fast = Motion(vx=1.0)
     free = coasting(Pose2(0.0, 0.0), fast, None, sight)
-    assert max(p.x for p in free) == pytest.approx(sight.latency_s + 1.0 / (2 * sight.deceleration_mps2))
+    assert max(p.pose.x for p in free) == pytest.approx(sight.latency_s + 1.0 / (2 * sight.deceleration_mps2))
     bound = coasting(Pose2(0.0, 0.0), fast, Pose2(0.1, 0.0), sight)
-    assert max(p.x for p in bound) <= 0.11 + 1e-9
+    assert max(p.pose.x for p in bound) <= 0.11 + 1e-9
     assert coasting(Pose2(0.0, 0.0), Motion(), None, sight) == []
 
 
 def test_room_ahead_counts_the_motion_not_the_place():
     pose = Pose2(0.98, 0.0)
     limit = 0.03
-    near = room_ahead(ROBOT, pose, HEIGHT, [Pose2(0.99, 0.0)], [WALL], limit)
+    near = room_ahead(ROBOT, pose, HEIGHT, [Passing(Pose2(0.99, 0.0), 0.1)], [WALL], limit)
     assert near.closing and near.nearest == "table"
-    away = room_ahead(ROBOT, pose, HEIGHT, [Pose2(0.9, 0.0)], [WALL], limit)
+    away = room_ahead(ROBOT, pose, HEIGHT, [Passing(Pose2(0.9, 0.0), 0.1)], [WALL], limit)
     assert not away.closing
-    along = room_ahead(ROBOT, Pose2(0.9, 0.0), HEIGHT, [Pose2(0.9, 0.3)], [WALL], limit)
+    along = room_ahead(ROBOT, Pose2(0.9, 0.0), HEIGHT, [Passing(Pose2(0.9, 0.3), 0.1)], [WALL], limit)
     assert not along.closing
     assert along.distance_m == pytest.approx(0.1, abs=0.01)
 
@@ -140,8 +153,84 @@ def test_a_held_robot_is_released_when_it_stands_and_may_leave():
     assert not monitor.look(0.6, leaving, {"r": [WALL]})["r"].held
 
 
+def person_at(x, y, velocity_mps=(0.0, 0.0), age_s=0.0):
+    """A person of 0.4 x 0.4 x 1.2 m as the grid has it: a box a column."""
+    spec = GridSpec()
+    cells = np.unique(spec.cells_inside(PERSON_POINTS + np.array([x, y, 0.0])), axis=0)
+    return Body("unknown_1", (), column_boxes(spec, cells), velocity_mps, age_s)
+
+
+PERSON_POINTS = np.array(
+    [
+        [x, y, z]
+        for x in np.linspace(-0.2, 0.2, 9)
+        for y in np.linspace(-0.2, 0.2, 9)
+        for z in np.linspace(0.05, 1.2, 40)
+    ]
+)
+
+
+def test_a_robot_that_presses_into_somebody_the_grid_knows_is_stopped():
+    poses = [Pose2(0.02 + 0.01 * i, 0.0) for i in range(8)]
+    monitor = Monitor(SafetyParams())
+    person = person_at(0.25, 0.0)
+    held = []
+    for i, pose in enumerate(poses):
+        seen = {"r": Seen(pose, HEIGHT, ROBOT, Pose2(1.5, 0.0), "g")}
+        held.append(monitor.look(i / 30.0, seen, {"r": [person]})["r"].held)
+    assert distance(placed(ROBOT, poses[-1], HEIGHT), person, *EVERYWHERE) == 0.0
+    inside = Monitor(SafetyParams()).look(
+        0.0, {"r": Seen(poses[-1], HEIGHT, ROBOT, Pose2(1.5, 0.0), "g")}, {"r": [person]}
+    )
+    assert inside["r"].stop_now
+    away = Monitor(SafetyParams()).look(
+        0.0, {"r": Seen(poses[-1], HEIGHT, ROBOT, Pose2(-1.5, 0.0), "g")}, {"r": [person]}
+    )
+    assert not away["r"].held
+
+
+@pytest.mark.parametrize(
+    ("velocity_mps", "age_s", "stops"), [((0.0, 0.0), 0.1, False), ((-1.0, 0.0), 0.1, True), ((1.0, 0.0), 0.1, False)]
+)
+def test_somebody_who_walks_towards_the_tip_stops_it_before_somebody_who_stands(velocity_mps, age_s, stops):
+    person = person_at(1.2, 0.0, velocity_mps, age_s)
+    assert any(v.held for v in drive(Monitor(SafetyParams()), [0.0, 1 / 30.0], Pose2(2.0, 0.0), [person])) is stops
+
+
+def test_somebody_who_walks_into_the_arm_from_the_side_stops_it():
+    for velocity_mps, stops in (((0.0, 0.0), False), ((0.0, 1.0), True), ((0.0, -1.0), False)):
+        person = person_at(-0.2, -0.7, velocity_mps)
+        verdicts = drive(Monitor(SafetyParams()), [0.0, 1 / 30.0], Pose2(2.0, 0.0), [person])
+        assert any(v.held for v in verdicts) is stops, velocity_mps
+
+
+def test_how_old_the_map_is_counts_as_way_of_whoever_walks():
+    def held(age_s):
+        person = person_at(1.8, 0.0, (-1.0, 0.0), age_s)
+        return drive(Monitor(SafetyParams()), [0.0, 1 / 30.0], Pose2(2.0, 0.0), [person])[-1].held
+
+    assert not held(0.0)
+    assert held(0.4)
+
+
 def test_own_goals_may_be_touched_others_not():
     debris = Body("debris_1", (Solid("box", (0.1, 0.1, 0.04), at()),))
     allowed = own_goals([("r", "debris_1"), ("s", "debris_2")])
     assert bodies_for("r", [debris, WALL], allowed["r"]) == [WALL]
     assert bodies_for("s", [debris, WALL], allowed["s"]) == [debris, WALL]
+
+
+def test_a_robot_whose_pose_is_old_is_held_until_it_is_seen_again():
+    monitor = Monitor(SafetyParams(stale_s=0.3))
+    target = Pose2(1.0, 0.0)
+
+    def look(now_s, age_s):
+        seen = Seen(Pose2(0.0, 0.0), HEIGHT, ROBOT, target, "g", age_s)
+        return monitor.look(now_s, {"r": seen}, {"r": []})["r"]
+
+    assert not look(0.0, 0.3).held
+    first, second = look(0.1, 0.4), look(0.2, 0.5)
+    assert (first.held, first.stop_now, second.held, second.stop_now) == (True, True, True, False)
+    assert first.reason == "r is not watched: its pose on /tf is 0.4 s old, allowed 0.3 s"
+    assert not look(0.3, 0.0).held
+    assert look(0.4, 0.4).stop_now

@@ -6,31 +6,16 @@ import tempfile
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import pybullet
 
-from yarm.control.arm_model import ArmDescription
+from yarm.control.arm.model import ArmDescription
 from yarm.geometry.grid import FloatArray
+from yarm.robots.hc10 import Box, station_boxes
 
 SANDER_LINKS = ("sander",)
 LINKS_ON_STAND = ("base_link", "base", "link_1_s")
-
-
-@dataclass(frozen=True)
-class Box:
-    """A solid box of the cell: name, size and centre, metres, world."""
-
-    name: str
-    size: Tuple[float, float, float]
-    centre: Tuple[float, float, float]
-
-
-CELL_BOXES = (
-    Box("stand", (0.40, 0.40, 0.70), (-1.10, 0.0, 0.35)),
-    Box("table", (0.90, 1.20, 0.70), (0.0, 0.0, 0.35)),
-    Box("part", (0.40, 0.60, 0.03), (-0.25, 0.0, 0.715)),
-)
 
 
 @dataclass(frozen=True)
@@ -44,12 +29,12 @@ class Clearance:
 class ArmCollision:
     """Distances between the arm, itself and the cell. Not thread-safe; ``close`` frees the physics client."""
 
-    def __init__(self, arm: ArmDescription, boxes: Sequence[Box] = CELL_BOXES) -> None:
+    def __init__(self, arm: ArmDescription, boxes: Optional[Sequence[Box]] = None) -> None:
         """Load the arm and the boxes.
 
         Args:
             arm: the description.
-            boxes: of the cell.
+            boxes: of the cell; None for those of its station.
         """
         self._client = pybullet.connect(pybullet.DIRECT)
         with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
@@ -59,7 +44,7 @@ class ArmCollision:
                 str(Path(file.name)), arm.base_xyz.tolist(), useFixedBase=True, physicsClientId=self._client
             )
         self._links, self._joints = self._index(arm)
-        self._boxes = {box.name: self._add(box) for box in boxes}
+        self._boxes = {box.name: self._add(box) for box in (station_boxes() if boxes is None else boxes)}
         self._pairs = self._own_pairs(arm)
 
     def clearance(self, q: FloatArray, within_m: float, sanding: bool = False) -> Clearance:

@@ -1,21 +1,22 @@
 """The HC10's kinematics from its URDF: frames, Jacobian and inverse kinematics of the sander's tip (PyKDL).
 
-Joint vectors are (6,), rad, in the order of the URDF. All poses are in the world frame, metres.
+Joint vectors are (6,), rad, in the order of the URDF. All poses are in the frame of the arm's station
+(``yarm.robots.hc10.Station``), metres: the world's, unless the station is moved.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 import numpy as np
 import PyKDL
-import yaml
 
 from yarm.geometry.grid import FloatArray
 from yarm.geometry.urdf import Joint, UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
+from yarm.robots.hc10 import arm_mount
 
 TIP_LINK = "sander_tip"
 CAMERA_LINK = "wrist_camera_optical_frame"
@@ -45,7 +46,7 @@ class ArmDescription:
     Attributes:
         urdf: its URDF text.
         model: the same, parsed.
-        base_xyz: where it is bolted, not turned, metres, world.
+        base_xyz: where it is bolted, not turned, metres, frame of its station.
         storage: storage pose, (6,) rad.
         limits: of the joints.
     """
@@ -57,16 +58,20 @@ class ArmDescription:
     limits: JointLimits
 
 
-def load_arm() -> ArmDescription:
-    """The shipped HC10 (urdf/hc10.urdf.xacro, config/hc10.yaml)."""
-    urdf = expand_xacro(resource("urdf", "hc10.urdf.xacro"))
-    mount = yaml.safe_load(resource("config", "hc10.yaml").read_text(encoding="utf-8"))
+def load_arm(storage: Sequence[float] = ()) -> ArmDescription:
+    """The shipped HC10 (urdf/cell/hc10.urdf.xacro, config/cell/hc10.yaml).
+
+    Args:
+        storage: its storage pose, (6,) rad; empty for the shipped one.
+    """
+    urdf = expand_xacro(resource("urdf", "cell", "hc10.urdf.xacro"))
+    mount = arm_mount()
     model = parse_urdf(urdf)
     joints = model.moving_joints
     limits = JointLimits(
         np.array([j.lower for j in joints]), np.array([j.upper for j in joints]), np.array([j.velocity for j in joints])
     )
-    return ArmDescription(urdf, model, np.array(mount["base_xyz"]), np.array(mount["storage"]), limits)
+    return ArmDescription(urdf, model, np.array(mount.base_xyz), np.array(storage or mount.storage), limits)
 
 
 class ArmKinematics:

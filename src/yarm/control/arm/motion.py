@@ -1,4 +1,9 @@
-"""Motions in time: points that are joined by straight lines, as the arm's driver follows them."""
+"""Motions in time: points that are joined by straight lines, as the arm's driver follows them.
+
+Free moves are timed by Ruckig (L. Berscheid, T. Kroeger, "Jerk-limited real-time trajectory generation with arbitrary
+target states", RSS 2021), paths of the tip by TOPP-RA (H. Pham, Q.-C. Pham, "A new approach to time-optimal path
+parameterization based on reachability analysis", IEEE Transactions on Robotics 34, 2018).
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,8 @@ import toppra
 import toppra.algorithm as ta
 from toppra import constraint
 
-from yarm.control.arm_errors import ArmError
-from yarm.control.arm_model import JointLimits
+from yarm.control.arm.errors import ArmError
+from yarm.control.arm.model import JointLimits
 from yarm.geometry.grid import FloatArray
 
 SAMPLE_S = 0.05

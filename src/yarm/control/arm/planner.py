@@ -1,28 +1,44 @@
-"""Collision-free moves between two configurations of the arm: OMPL's RRTConnect, then shortcuts."""
+"""Collision-free moves between two configurations of the arm: OMPL's RRTConnect, then shortcuts.
+
+J. J. Kuffner, S. M. LaValle, "RRT-Connect", ICRA 2000, as in I. A. Sucan, M. Moll, L. E. Kavraki, "The Open Motion
+Planning Library", IEEE Robotics and Automation Magazine 19, 2012; shortcuts as in R. Geraerts, M. H. Overmars,
+"Creating high-quality paths for motion planning", International Journal of Robotics Research 26, 2007.
+"""
 
 from __future__ import annotations
 
-from typing import List, Sequence
+from typing import Iterator, List, Protocol, Sequence
 
 import numpy as np
 import ompl.base as ob
 import ompl.geometric as og
 import ompl.util as ou
 
-from yarm.control.arm_collision import ArmCollision
-from yarm.control.arm_errors import ArmError
-from yarm.control.arm_model import JointLimits
+from yarm.control.arm.collision import Clearance
+from yarm.control.arm.errors import ArmError
+from yarm.control.arm.model import JointLimits
 from yarm.geometry.grid import FloatArray
 
 STEP_RAD = 0.05
 SHORTCUTS = 80
-N_JOINTS = 6
+_SEEDS: List[int] = []
+"""The seed that OMPL was given, once it was."""
+
+
+class Surroundings(Protocol):
+    """What a planner asks of a collision model; ``ArmCollision`` is one."""
+
+    def clearance(self, q: FloatArray, within_m: float) -> Clearance:
+        """Least distance at joints (n,), rad, as far as it is below ``within_m``."""
+
+    def free(self, q: FloatArray, margin_m: float) -> bool:
+        """Whether everything is further away than a margin."""
 
 
 class ArmPlanner:
     """Plans in joint space; the sequence of answers depends on the seed alone. Not thread-safe."""
 
-    def __init__(self, collision: ArmCollision, limits: JointLimits, margin_m: float, seed: int) -> None:
+    def __init__(self, collision: Surroundings, limits: JointLimits, margin_m: float, seed: int) -> None:
         """Set up the space.
 
         Args:
@@ -32,24 +48,25 @@ class ArmPlanner:
             seed: of the random numbers; OMPL takes it once a process.
         """
         ou.setLogLevel(ou.LOG_WARN)
-        ou.RNG.setSeed(seed)
+        _seed_ompl(seed)
         self._collision = collision
         self._limits = limits
         self._margin_m = margin_m
         self._rng = np.random.default_rng(seed)
-        self._space = ob.RealVectorStateSpace(N_JOINTS)
-        bounds = ob.RealVectorBounds(N_JOINTS)
-        for joint in range(N_JOINTS):
+        self._n = len(limits.lower)
+        self._space = ob.RealVectorStateSpace(self._n)
+        bounds = ob.RealVectorBounds(self._n)
+        for joint in range(self._n):
             bounds.setLow(joint, float(limits.lower[joint]))
             bounds.setHigh(joint, float(limits.upper[joint]))
         self._space.setBounds(bounds)
 
     def plan(self, start: FloatArray, goal: FloatArray, time_limit_s: float) -> FloatArray:
-        """Corner points (n, 6), rad, of a path whose straight pieces are free.
+        """Corner points (m, n), rad, of a path whose straight pieces are free.
 
         Args:
-            start: joints (6,).
-            goal: joints (6,).
+            start: joints (n,).
+            goal: joints (n,).
             time_limit_s: wall time after which it gives up.
 
         Raises:
@@ -60,19 +77,19 @@ class ArmPlanner:
         if self.straight_is_free(start, goal):
             return np.array([start, goal])
         setup = og.SimpleSetup(self._space)
-        setup.setStateValidityChecker(lambda state: self._free(np.array([state[i] for i in range(N_JOINTS)])))
+        setup.setStateValidityChecker(lambda state: self._free(self._joints(state)))
         setup.getSpaceInformation().setStateValidityCheckingResolution(STEP_RAD / self._space.getMaximumExtent())
         setup.setStartAndGoalStates(self._state(start), self._state(goal))
         setup.setPlanner(og.RRTConnect(setup.getSpaceInformation()))
         if not setup.solve(time_limit_s) or not setup.haveExactSolutionPath():
             raise ArmError(f"no path found in {time_limit_s:g} s from {_words(start)} to {_words(goal)} deg")
         states = setup.getSolutionPath().getStates()
-        return self._shortened([np.array([state[i] for i in range(N_JOINTS)]) for state in states])
+        return self._shortened([self._joints(state) for state in states])
 
     def straight_is_free(self, start: FloatArray, goal: FloatArray) -> bool:
         """Whether every configuration of a straight piece is free."""
         steps = max(int(np.ceil(np.max(np.abs(goal - start)) / STEP_RAD)), 1)
-        return all(self._free(start + (goal - start) * i / steps) for i in range(steps + 1))
+        return all(self._free(start + (goal - start) * i / steps) for i in _coarse_first(steps))
 
     def _free(self, q: FloatArray) -> bool:
         return self._collision.free(q, self._margin_m)
@@ -89,9 +106,12 @@ class ArmPlanner:
 
     def _state(self, q: FloatArray) -> ob.State:
         state = self._space.allocState()
-        for joint in range(N_JOINTS):
+        for joint in range(self._n):
             state[joint] = float(q[joint])
         return state
+
+    def _joints(self, state: ob.State) -> FloatArray:
+        return np.array([state[joint] for joint in range(self._n)])
 
     def _shortened(self, corners: List[FloatArray]) -> FloatArray:
         """Leave out corners, and cut between random points of the path, wherever the straight piece is free."""
@@ -105,6 +125,22 @@ class ArmPlanner:
             if self.straight_is_free(a, b):
                 corners = [*corners[: int(first) + 1], a, b, *corners[int(last) + 1 :]]
         return np.array(_distinct(corners))
+
+
+def _seed_ompl(seed: int) -> None:
+    """Seed OMPL once a process: it refuses a second seed with an error and goes on with the first."""
+    if not _SEEDS:
+        _SEEDS.append(seed)
+        ou.RNG.setSeed(seed)
+
+
+def _coarse_first(last: int) -> Iterator[int]:
+    """0 to ``last``, far apart first: what is not free is soon found."""
+    stride = 1 << last.bit_length()
+    yield 0
+    while stride > 0:
+        yield from range(stride, last + 1, 2 * stride)
+        stride //= 2
 
 
 def _between(corners: Sequence[FloatArray], at: float) -> FloatArray:

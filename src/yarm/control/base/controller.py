@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Callable, Deque, Optional, Sequence, Tuple
 
-from yarm.control.base_kinematics import BODY_CENTRE, Casters, driving_casters, full_turn, half_turn, turning_casters
-from yarm.control.base_params import BaseParams
-from yarm.control.speed_profile import slew, stopping_speed, table_speed
+from yarm.control.base.kinematics import BODY_CENTRE, Casters, driving_casters, full_turn, half_turn, turning_casters
+from yarm.control.base.params import BaseParams
+from yarm.control.base.speed_profile import slew, stopping_speed, table_speed
 from yarm.geometry.poses import Pose2
 
 REST_SPEED_MPS = 0.01

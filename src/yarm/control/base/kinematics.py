@@ -3,6 +3,10 @@
 Body frame: x ahead (along the arm), y left, origin at the body's centre; caster angles are headings of the wheels in
 the body frame, rad, in [-pi, pi], in the order front left, front right, rear left, rear right. A drive command is
 (drive speed along the wheels' heading, m/s; yaw rate about the centre that the caster angles define, rad/s).
+
+Wheels that roll without slipping leave the body one motion: about the point in which their axes meet, or straight
+where they are parallel (G. Campion, G. Bastin, B. d'Andrea-Novel, "Structural properties and classification of
+kinematic and dynamic models of wheeled mobile robots", IEEE Transactions on Robotics and Automation 12, 1996).
 """
 
 from __future__ import annotations
@@ -12,16 +16,11 @@ from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
+from yarm.robots.ankurbot import CASTER_XY_M
+
 Casters = Tuple[float, float, float, float]
 Point = Tuple[float, float]
 
-HALF_WHEEL_BASE_M = 0.15
-CASTER_POSITIONS_M: Tuple[Point, Point, Point, Point] = (
-    (HALF_WHEEL_BASE_M, HALF_WHEEL_BASE_M),
-    (HALF_WHEEL_BASE_M, -HALF_WHEEL_BASE_M),
-    (-HALF_WHEEL_BASE_M, HALF_WHEEL_BASE_M),
-    (-HALF_WHEEL_BASE_M, -HALF_WHEEL_BASE_M),
-)
 BODY_CENTRE: Point = (0.0, 0.0)
 STEERING_ROOM_RAD = 0.3
 
@@ -33,7 +32,7 @@ def turning_casters(centre: Point) -> Casters:
         ValueError: the centre is under a caster.
     """
     angles = []
-    for x, y in CASTER_POSITIONS_M:
+    for x, y in CASTER_XY_M:
         dx, dy = x - centre[0], y - centre[1]
         if math.hypot(dx, dy) < 1e-6:
             raise ValueError(f"centre {centre} lies under the caster at ({x}, {y})")
@@ -73,7 +72,7 @@ def body_velocity(casters: Sequence[float], drive_mps: float, yaw_rate_radps: fl
 def turning_centre(casters: Sequence[float]) -> Optional[Point]:
     """Centre (x, y), metres, body frame, nearest to all wheels' axles; None when the wheels are parallel."""
     normals = np.array([(math.cos(a), math.sin(a)) for a in casters])
-    offsets = np.einsum("ij,ij->i", normals, np.array(CASTER_POSITIONS_M))
+    offsets = np.einsum("ij,ij->i", normals, np.array(CASTER_XY_M))
     _, singular, _ = np.linalg.svd(normals)
     if singular[1] < 1e-3 * singular[0]:
         return None

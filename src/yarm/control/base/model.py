@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass, field
 from typing import List, Tuple
 
-from yarm.control.base_controller import BaseCommand
-from yarm.control.base_kinematics import Casters, body_velocity, full_turn
+from yarm.control.base.controller import BaseCommand
+from yarm.control.base.kinematics import Casters, body_velocity, full_turn
 from yarm.geometry.poses import Pose2
+from yarm.robots.ankurbot import ARM_REACH_M
 
 
 @dataclass
@@ -27,7 +28,7 @@ class BaseModel:
 
     pose: Pose2
     casters: Casters = (0.0, 0.0, 0.0, 0.0)
-    reach_m: float = 1.30
+    reach_m: float = ARM_REACH_M
     caster_rate_radps: float = 4.0
     delay_steps: int = 3
     braking_mps2: float = 4.0

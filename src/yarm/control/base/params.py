@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Tuple
 
 from yarm.params import param
+from yarm.robots.ankurbot import ARM_REACH_M, BODY_RADIUS_M
 
 
 @dataclass(frozen=True)
@@ -21,8 +22,8 @@ class BaseParams:
     acceleration_mps2: float = param(1.0, "m/s^2", "speeding up, fastest point", 0.1, 5.0)
     deceleration_mps2: float = param(1.5, "m/s^2", "slowing down, fastest point", 0.1, 5.0)
     delay_s: float = param(0.1, "s", "time from a pose to the wheels' answer, foreseen when stopping", 0.0, 0.5)
-    reach_m: float = param(1.30, "m", "end effector ahead of the body's centre", 0.2, 3.0)
-    body_radius_m: float = param(0.35, "m", "radius of the body", 0.1, 1.0)
+    reach_m: float = param(ARM_REACH_M, "m", "end effector ahead of the body's centre", 0.2, 3.0)
+    body_radius_m: float = param(BODY_RADIUS_M, "m", "radius of the body", 0.1, 1.0)
     position_tolerance_m: float = param(0.03, "m", "a pose goal is reached within this distance", 0.005, 0.2)
     yaw_tolerance_deg: float = param(1.0, "deg", "a pose goal is reached within this angle", 0.1, 10.0)
     caster_tolerance_deg: float = param(3.0, "deg", "the base drives only with every caster this near", 0.5, 15.0)

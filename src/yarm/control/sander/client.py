@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
-from yarm.control.base_controller import Outcome
-from yarm.control.sander_states import Button, SanderReport, SanderState
+from yarm.control.base.controller import Outcome
+from yarm.control.sander.states import Button, SanderReport, SanderState
 
 ACTIONS = ("CALIBRATION", "ON", "OFF", "CLEANUP")
 REPEAT_S = 1.0
@@ -88,11 +88,13 @@ class SanderClient:
         return self._store(report, now_s) if self._action == "CLEANUP" else self._calibrate(report, now_s)
 
     def _calibrate(self, report: SanderReport, now_s: float) -> Request:
-        """To teleoperation by itself, pause, start: standing above the part in state 4, not sanding."""
+        """To teleoperation by itself, pause, start: standing above the part in SCAN_TO_PATH, not sanding."""
         if report.enabled:
             return self._ask(None, False, now_s)
         if report.state is SanderState.SCAN_TO_PATH:
-            return Request(outcome=Outcome.SUCCEEDED, reason="in state 4, stopped")
+            return Request(
+                outcome=Outcome.SUCCEEDED, reason=f"in state {report.state.value} ({report.state.words}), stopped"
+            )
         if report.state is SanderState.TELEOPERATION:
             return self._ask(Button.START, None, now_s)
         if report.state is SanderState.STORAGE or not report.moving:

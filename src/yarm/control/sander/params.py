@@ -5,20 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Tuple
 
+from yarm.geometry import GridSpec
 from yarm.params import param
+
+TOP_M = GridSpec().upper[2]
 
 
 @dataclass(frozen=True)
 class SanderParams:
-    """Heights are the tip's, world; ``ready_pose`` picks the branch of the inverse kinematics."""
+    """Heights are the tip's, world; ``ready_pose`` picks the branch of the inverse kinematics.
+
+    x and y are those of the arm's station: the world's, unless the station is moved.
+    """
 
     ready_pose: Tuple[float, ...] = param(
         (-0.19, 0.92, 1.51, 0.0, -0.58, 0.19), "rad", "joints near which poses over the part are looked for", -6.3, 6.3
     )
-    part_centre_m: Tuple[float, ...] = param((-0.25, 0.0), "m", "roughly where the part is, world x, y", -2.5, 2.5)
-    hover_height_m: float = param(1.18, "m", "height of the tip when it hovers", 0.9, 1.3)
-    scan_height_m: float = param(1.16, "m", "height of the tip while it scans", 0.9, 1.3)
-    scan_reach_m: float = param(0.40, "m", "length of the sweep along world y", 0.05, 1.0)
+    part_centre_m: Tuple[float, ...] = param(
+        (-0.25, 0.0), "m", "roughly where the part is, x, y of the station", -2.5, 2.5
+    )
+    hover_height_m: float = param(1.18, "m", "height of the tip when it hovers", 0.9, TOP_M)
+    scan_height_m: float = param(1.16, "m", "height of the tip while it scans", 0.9, TOP_M)
+    scan_reach_m: float = param(0.40, "m", "length of the sweep along the station's y", 0.05, 1.0)
     scan_speed_mps: float = param(0.25, "m/s", "speed of the sweep", 0.02, 1.0)
     spacing_m: float = param(0.04, "m", "distance between two passes of the raster", 0.01, 0.2)
     inset_m: float = param(0.02, "m", "outermost passes inside the part's edge", 0.0, 0.1)

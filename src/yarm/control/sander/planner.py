@@ -8,14 +8,14 @@ from typing import List, Sequence, Tuple
 
 import numpy as np
 
-from yarm.control.arm_collision import ArmCollision
-from yarm.control.arm_errors import ArmError
-from yarm.control.arm_model import ArmDescription, ArmKinematics, tool_pose
-from yarm.control.arm_motion import ArmMotion, along_path, through_corners
-from yarm.control.arm_planner import ArmPlanner
-from yarm.control.raster import Raster, lay_raster
-from yarm.control.sander_params import SanderParams
-from yarm.control.surface import Surface, fit_surface
+from yarm.control.arm.collision import ArmCollision
+from yarm.control.arm.errors import ArmError
+from yarm.control.arm.model import ArmDescription, ArmKinematics, tool_pose
+from yarm.control.arm.motion import ArmMotion, along_path, through_corners
+from yarm.control.arm.planner import ArmPlanner
+from yarm.control.sander.params import SanderParams
+from yarm.control.sander.raster import Raster, lay_raster
+from yarm.control.sander.surface import Surface, fit_surface
 from yarm.geometry.grid import FloatArray
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -9,7 +9,7 @@ from typing import Tuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from yarm.control.surface import Surface
+from yarm.control.sander.surface import Surface
 from yarm.geometry.grid import FloatArray
 
 STEP_M = 0.01

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Optional
 
 
 class SanderState(IntEnum):
@@ -20,6 +21,11 @@ class SanderState(IntEnum):
     def words(self) -> str:
         """Name for people."""
         return self.name.lower().replace("_", " ")
+
+    @staticmethod
+    def of(number: int) -> Optional[SanderState]:
+        """The state of a number as published; None for a number that means none."""
+        return SanderState(number) if number in SanderState._value2member_map_ else None
 
 
 class Button(IntEnum):

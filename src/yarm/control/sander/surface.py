@@ -8,7 +8,7 @@ from typing import Tuple
 import numpy as np
 from scipy import ndimage
 
-from yarm.control.arm_errors import ArmError
+from yarm.control.arm.errors import ArmError
 from yarm.geometry.grid import BoolArray, FloatArray
 
 COLUMN_M = 0.01

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
-from yarm.control.arm_motion import ArmMotion
-from yarm.control.sander_params import SanderParams
-from yarm.control.sander_planner import SanderPlanner
+from yarm.control.arm.motion import ArmMotion
+from yarm.control.sander.params import SanderParams
+from yarm.control.sander.planner import SanderPlanner
 from yarm.geometry.grid import FloatArray
 
 STALE_S = 0.5
@@ -65,6 +65,13 @@ class Teleoperation:
             self._q = q.copy()
             return None
         return self._moved(dt_s)
+
+    def halt(self, q: FloatArray) -> List[ArmMotion]:
+        """Stand still at once: the motion to send when it moves, else none; the axes must be pushed again."""
+        if not np.any(self._velocity):
+            return []
+        self.start(q)
+        return [_motion(q, q)]
 
     def _wanted(self, axes: Tuple[float, float, float, float]) -> FloatArray:
         pushed = np.clip(np.nan_to_num(np.array(axes)), -1.0, 1.0)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import FrozenSet, Mapping
+from typing import Dict, FrozenSet, Mapping
 
-from yarm.sim.scene import Scene
+from yarm.geometry.kinds import GOAL_KINDS
+from yarm.sim.scenes.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,7 @@ class Case:
         limit_s: simulated seconds the mission may take.
         min_pauses: the manipulator must have paused at least this often.
         min_replans: a path must have changed under way at least this often.
+        everybody: every robot must have reached something.
         refusals: a goal given up with a reason is no fault.
     """
 
@@ -26,6 +29,7 @@ class Case:
     limit_s: float = 180.0
     min_pauses: int = 0
     min_replans: int = 0
+    everybody: bool = False
     refusals: bool = False
 
 
@@ -33,7 +37,8 @@ CASES: Mapping[str, Case] = {
     case.name: case
     for case in (
         Case("1m1ma", "one robot, one debris on the part, the HC10 sanding", 180.0, min_pauses=1),
-        Case("2m1ma", "two robots, two debris that slip, the HC10 sanding", 300.0, min_replans=1),
+        Case("2m1ma", "two robots, two debris that slip, the HC10 sanding", 300.0, min_replans=1, everybody=True),
+        Case("2m2ma", "two robots, two HC10s sanding at stations of their own", 300.0, min_pauses=2),
         Case("3m", "three robots cross, the HC10 tucked away", 240.0),
         Case("single", "one robot past the table, no HC10", 120.0),
         Case("1m1ma_target", "one robot to a target past the sanding HC10", 240.0),
@@ -50,4 +55,17 @@ def case_of(name: str) -> Case:
 def expected_goals(scene: Scene) -> FrozenSet[str]:
     """Names of all debris and targets of a scene, of those too that an event brings."""
     things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
-    return frozenset(thing.name for thing in things if thing.kind in ("Debris", "Target"))
+    return frozenset(thing.name for thing in things if thing.kind in GOAL_KINDS)
+
+
+def layout_of(scene: Scene) -> Mapping[str, Mapping[str, float]]:
+    """Where everything of a scene begins, or falls, by name, and how far each event pushes: metres, degrees."""
+    spawned = [event.spawn for event in scene.events if event.spawn is not None]
+    layout: Dict[str, Mapping[str, float]] = {
+        robot.name: {"x": robot.x, "y": robot.y, "heading_deg": math.degrees(robot.heading_rad)}
+        for robot in scene.robots
+    }
+    for thing in (*scene.things, *spawned):
+        layout[thing.name] = {"x": thing.x, "y": thing.y, "z": thing.z, "yaw_deg": math.degrees(thing.yaw_rad)}
+    pushes = {event.name: {"dx": event.dx_m, "dy": event.dy_m} for event in scene.events if event.push}
+    return {**layout, **pushes}

@@ -10,7 +10,7 @@ from typing import Any, Callable, List, Mapping, Sequence, TextIO
 
 import yaml
 
-from yarm.experiments.writers import is_finished
+from yarm.experiments.run.writers import is_finished
 from yarm.resources import package_root
 
 CASES = ("2m1ma", "3m")
@@ -27,7 +27,7 @@ def run_missions(folder: Path, on_progress: Callable[[int, int, str], None], cas
         own = folder / case / str(SEED)
         if not is_finished(own):
             own.mkdir(parents=True, exist_ok=True)
-            with (own / "run.log").open("w") as log:
+            with (own / "console.txt").open("w") as log:
                 launch(mission_command(folder, case), log)
         lines.append(mission_line(case, own))
     on_progress(len(cases), len(cases), "")
@@ -46,8 +46,8 @@ def launch(command: Sequence[str], log: TextIO) -> None:
 
 
 def mission_command(folder: Path, case: str) -> List[str]:
-    """The run of one case."""
-    return [*experiment_command(), "--case", case, "--seed", str(SEED), "--results", str(folder)]
+    """The run of one case, as its scene file lays it out."""
+    return [*experiment_command(), "--nominal", "--case", case, "--seed", str(SEED), "--results", str(folder)]
 
 
 def experiment_command() -> List[str]:

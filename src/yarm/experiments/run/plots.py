@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from yarm.experiments.record import RunRecord
+from yarm.experiments.run.record import RunRecord
 from yarm.geometry import BoolArray, GridSpec
 
 COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown")
@@ -139,11 +139,11 @@ def _plot_time_line(record: RunRecord, path: Path) -> Path:
     return save_figure(figure, path)
 
 
-def new_figure(width: float, height: float, columns: int = 1) -> Tuple[Figure, Sequence[Any]]:
-    """A figure, inches, with axes side by side, that needs no display."""
+def new_figure(width: float, height: float, axes: int = 1, rows: int = 1) -> Tuple[Figure, Sequence[Any]]:
+    """A figure, inches, that needs no display; its axes lie side by side, in so many rows of the same length."""
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
-    return figure, [figure.add_subplot(1, columns, i + 1) for i in range(columns)]
+    return figure, [figure.add_subplot(rows, axes // rows, i + 1) for i in range(axes)]
 
 
 def _figure(width: float, height: float) -> Tuple[Figure, Any]:

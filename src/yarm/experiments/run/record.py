@@ -220,6 +220,7 @@ class RunInfo:
         loop_ms: wall milliseconds per camera frame of each part of the simulator's loop.
         versions: version by name of software.
         parameters: parameters by node.
+        layout: where everything was at the start or fell, and how it was pushed: metres, degrees.
     """
 
     case: str
@@ -234,6 +235,20 @@ class RunInfo:
     loop_ms: Mapping[str, float] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=dict)
+    layout: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StepTally:
+    """What the independent checker said of the mission's planning steps.
+
+    Attributes:
+        planned: planning steps of the Commander.
+        refused: those that it had something against; with check_steps report they were sent all the same.
+    """
+
+    planned: int = 0
+    refused: int = 0
 
 
 @dataclass(frozen=True)
@@ -249,6 +264,7 @@ class RunRecord:
         contacts: contacts by pair, failures first.
         pauses: pauses of the manipulators, in order.
         usage: cost of each node, most expensive first.
+        steps: what the checker said.
         waypoints: every waypoint sent.
         path: where the robots really went.
         timing: every planning step.
@@ -262,6 +278,7 @@ class RunRecord:
     contacts: Tuple[ContactTally, ...] = ()
     pauses: Tuple[PauseRecord, ...] = ()
     usage: Tuple[NodeUsage, ...] = ()
+    steps: StepTally = StepTally()
     waypoints: Tuple[WaypointRow, ...] = ()
     path: Tuple[PathRow, ...] = ()
     timing: Tuple[TimingRow, ...] = ()

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Iterable, List, Sequence, Set, Tuple
 
-from yarm.experiments.cases import Case
-from yarm.experiments.record import (
+from yarm.experiments.run.cases import Case
+from yarm.experiments.run.record import (
     ContactTally,
     GoalRecord,
     NodeUsage,
@@ -16,15 +16,16 @@ from yarm.experiments.record import (
     RobotRecord,
     RunInfo,
     RunRecord,
+    StepTally,
     TimingRow,
     WaypointRow,
 )
-from yarm.experiments.scoring import judge
+from yarm.experiments.run.scoring import judge
+from yarm.experiments.run.track import Track
 from yarm.experiments.statistics import percentile
-from yarm.experiments.track import Track
 from yarm.geometry import GridSpec
+from yarm.geometry.kinds import GOAL_KINDS
 
-GOAL_KINDS = ("Debris", "Target")
 Cells = Tuple[Tuple[int, int], ...]
 
 
@@ -67,6 +68,10 @@ class PlanSample:
     path: Cells
 
 
+TOGETHER_S = 0.2
+"""A plan and the waypoint it sends are heard of within this of each other, in either order."""
+
+
 class Recorder:
     """Takes in events in the order they happen; not thread-safe, the caller holds a lock."""
 
@@ -80,19 +85,24 @@ class Recorder:
             path_period_s: the least time between two recorded poses of one robot, s.
         """
         self._spec = spec
-        self._start_s = start_s
         self._period_s = path_period_s
         self._robots = list(robots)
+        self._contacts: Dict[Tuple[Tuple[str, str], str], ContactTally] = {}
+        self._goal_xy: Dict[str, Tuple[float, float]] = {}
+        self._forget(start_s)
+
+    def _forget(self, start_s: float) -> None:
+        """Nothing recorded yet, but contacts and where goals are."""
+        self._start_s = start_s
         self._track = Track()
         self._last: Dict[str, PathRow] = {}
-        self._length_m: Dict[str, float] = dict.fromkeys(robots, 0.0)
-        self._goal_xy: Dict[str, Tuple[float, float]] = {}
+        self._length_m: Dict[str, float] = dict.fromkeys(self._robots, 0.0)
         self._waypoints: List[WaypointRow] = []
-        self._sent: Dict[str, int] = dict.fromkeys(robots, 0)
+        self._sent: Dict[str, int] = dict.fromkeys(self._robots, 0)
         self._timing: List[TimingRow] = []
         self._paths: Dict[str, Tuple[str, Cells]] = {}
+        self._steps = StepTally()
         self._replans: Dict[str, int] = {}
-        self._contacts: Dict[Tuple[Tuple[str, str], str], ContactTally] = {}
         self._clearance: Dict[str, Tuple[float, str]] = {}
         self._pauses: List[PauseRecord] = []
         self._goals: Dict[str, GoalRecord] = {}
@@ -102,9 +112,9 @@ class Recorder:
         """The mission begins: times count from now on, and only contacts of what was before are kept."""
         shift = self._start_s - now_s
         kept = {key: replace(tally, first_s=tally.first_s + shift) for key, tally in self._contacts.items()}
-        goal_xy, last = self._goal_xy, self._last
-        self.__init__(self._spec, self._robots, now_s, self._period_s)  # type: ignore[misc]
-        self._contacts, self._goal_xy = kept, goal_xy
+        last = self._last
+        self._forget(now_s)
+        self._contacts = kept
         for row in last.values():
             self.pose(now_s, row.robot, row.x_m, row.y_m, row.yaw_rad)
 
@@ -161,10 +171,13 @@ class Recorder:
         column = self._spec.column_of((x_m, y_m))
         index = self._sent.get(robot, 0)
         self._sent[robot] = index + 1
-        goal = self._paths.get(robot, ("", ()))[0]
         self._waypoints.append(
-            WaypointRow(self._since(now_s), robot, goal, index, column[0], column[1], x_m, y_m, yaw_rad)
+            WaypointRow(self._since(now_s), robot, "", index, column[0], column[1], x_m, y_m, yaw_rad)
         )
+
+    def step(self, safe: bool) -> None:
+        """The Commander has planned a step; whether the checker had nothing against it."""
+        self._steps = StepTally(self._steps.planned + 1, self._steps.refused + (not safe))
 
     def plan(self, now_s: float, sample: PlanSample) -> None:
         """A planning step decided this for one robot."""
@@ -177,7 +190,7 @@ class Recorder:
                 self._since(now_s),
                 sample.robot,
                 sample.goal,
-                self._sent.get(sample.robot, 0),
+                0,
                 sample.planning_ms,
                 sample.robot_ms,
                 sample.check_ms,
@@ -257,10 +270,21 @@ class Recorder:
             contacts,
             self.pauses,
             tuple(sorted(usage, key=lambda u: -u.cpu_share)),
-            tuple(sorted(self._waypoints, key=lambda row: (row.time_s, row.robot))),
+            self._steps,
+            tuple(sorted(map(self._with_goal, self._waypoints), key=lambda row: (row.time_s, row.robot))),
             self._track.rows(),
-            tuple(sorted(self._timing, key=lambda row: (row.time_s, row.robot))),
+            tuple(sorted(map(self._with_index, self._timing), key=lambda row: (row.time_s, row.robot))),
         )
+
+    def _with_goal(self, row: WaypointRow) -> WaypointRow:
+        """A waypoint and the goal of the plan it is of; which of the two was heard of first does not matter."""
+        plans = [p for p in self._timing if p.robot == row.robot and p.time_s <= row.time_s + TOGETHER_S]
+        return replace(row, goal=plans[-1].goal) if plans else row
+
+    def _with_index(self, row: TimingRow) -> TimingRow:
+        """A plan and how many waypoints its robot had been sent before."""
+        before = [w for w in self._waypoints if w.robot == row.robot and w.time_s < row.time_s - TOGETHER_S]
+        return replace(row, waypoint=len(before))
 
     def _robot(self, name: str, goals: Sequence[GoalRecord]) -> RobotRecord:
         mine = sorted((g for g in goals if g.robot == name), key=lambda g: g.declared_s)

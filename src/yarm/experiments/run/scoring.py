@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import List, Sequence, Tuple
 
-from yarm.experiments.cases import Case
-from yarm.experiments.record import ContactTally, GoalRecord, PauseRecord, RobotRecord, RunInfo
+from yarm.experiments.run.cases import Case
+from yarm.experiments.run.record import ContactTally, GoalRecord, PauseRecord, RobotRecord, RunInfo
 
 
 def judge(
@@ -38,12 +38,21 @@ def judge(
                 f"{tally.pair[0]} ({tally.links[0]}) touched {tally.pair[1]} ({tally.links[1]}) "
                 f"at {tally.first_s:.1f} s, {1000 * tally.depth_m:.1f} mm deep"
             )
+    return (*faults, *_missing(case, robots, pauses))
+
+
+def _missing(case: Case, robots: Sequence[RobotRecord], pauses: Sequence[PauseRecord]) -> List[str]:
+    """What a case demands beyond its goals and did not come out."""
+    faults: List[str] = []
     if len(pauses) < case.min_pauses:
         faults.append(f"the manipulator paused {len(pauses)} times, {case.min_pauses} expected")
     replans = sum(robot.replans for robot in robots)
     if replans < case.min_replans:
         faults.append(f"paths changed {replans} times under way, {case.min_replans} expected")
-    return tuple(faults)
+    if case.everybody:
+        idle = [robot.name for robot in robots if not robot.goals]
+        faults += [f"{name} reached nothing: in this case every robot has something to reach" for name in idle]
+    return faults
 
 
 def refused(goal: GoalRecord) -> bool:

@@ -8,7 +8,7 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.experiments.record import NodeUsage
+from yarm.experiments.run.record import NodeUsage
 
 PART_X_M = (-0.38, -0.10)
 PART_Y_M = (-0.22, 0.22)

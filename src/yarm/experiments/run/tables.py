@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import List, Sequence
 
-from yarm.experiments.record import RunRecord
+from yarm.experiments.run.record import RunRecord
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -47,6 +47,8 @@ def summary_table(record: RunRecord) -> str:
     ]
     parts += ["", text_table(header, rows)]
     parts += ["", _pauses_line(record), _contacts_line(record)]
+    if record.steps.refused:
+        parts.append(f"checker: {record.steps.refused} of {record.steps.planned} planning steps refused")
     if record.usage:
         parts += ["", usage_table(record)]
     return "\n".join(parts)

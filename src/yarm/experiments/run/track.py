@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from typing import List, Tuple
 
-from yarm.experiments.record import PathRow
+from yarm.experiments.run.record import PathRow
 
 _NUMBERS = 7
 """Numbers kept of a row; the robot by its index."""

@@ -6,11 +6,11 @@ import csv
 import dataclasses
 import math
 from pathlib import Path
-from typing import Any, Dict, Mapping, Sequence, Type
+from typing import Any, Dict, Mapping, Protocol, Sequence, Tuple, Type
 
 import yaml
 
-from yarm.experiments.record import PathRow, RunRecord, TimingRow, WaypointRow
+from yarm.experiments.run.record import PathRow, RunRecord, TimingRow, WaypointRow
 
 TABLES = ("waypoints", "path", "timing")
 FILES = ("summary.yaml", *(f"{name}.csv" for name in TABLES))
@@ -23,6 +23,12 @@ def is_finished(folder: Path) -> bool:
     """Whether a run has left its results in a folder and was not cut short: else a study runs it again."""
     summary = folder / "summary.yaml"
     return summary.is_file() and CUT_SHORT not in summary.read_text()
+
+
+def room_run_folder(results: Path, kind: str, room: str, controller: str, seed: int) -> Path:
+    """Folder of a run in a room below the results: <kind>/<room>/<controller>/<seed>; of a room's file its stem."""
+    name = Path(room).stem if room.endswith(".yaml") else room
+    return results / kind / name / controller / str(seed)
 
 
 def write_run(record: RunRecord, folder: Path) -> None:
@@ -43,39 +49,67 @@ def write_rows(path: Path, cls: Type[Any], rows: Sequence[Any]) -> None:
         writer.writerows([_cell(getattr(row, name)) for name in names] for row in rows)
 
 
+class TimedEvent(Protocol):
+    """Something that happened in a mission."""
+
+    @property
+    def t_s(self) -> float:
+        """When, since its start."""
+
+    @property
+    def kind(self) -> str:
+        """One word."""
+
+    @property
+    def details(self) -> Sequence[Tuple[str, Any]]:
+        """Names with values."""
+
+
+def write_events(events: Sequence[TimedEvent], path: Path) -> None:
+    """One line an event: time, kind, and its details as name=value."""
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["t_s", "kind", "details"])
+        for event in events:
+            details = " ".join(f"{name}={_cell(value)}" for name, value in event.details)
+            writer.writerow([f"{event.t_s:.1f}", event.kind, details])
+
+
 def summary_of(record: RunRecord) -> Dict[str, Any]:
     """Everything but the tables, as plain values for YAML; what is not a finite number becomes null."""
-    info = _plain(dataclasses.asdict(record.info))
+    info = plain_values(dataclasses.asdict(record.info))
     head = {
         "case": info.pop("case"),
         "seed": info.pop("seed"),
         "success": record.success,
         "faults": list(record.faults),
     }
-    tail = {name: info.pop(name) for name in ("versions", "parameters")}
+    tail = {name: info.pop(name) for name in ("layout", "versions", "parameters")}
     return {
         **head,
         **info,
         "robots": {robot.name: _named(robot) for robot in record.robots},
         "goals": {goal.name: _named(goal) for goal in record.goals},
-        "contacts": [_plain(dataclasses.asdict(tally)) for tally in record.contacts],
-        "pauses": [_plain(dataclasses.asdict(pause)) for pause in record.pauses],
-        "nodes": [_plain(dataclasses.asdict(usage)) for usage in record.usage],
+        "contacts": [plain_values(dataclasses.asdict(tally)) for tally in record.contacts],
+        "pauses": [plain_values(dataclasses.asdict(pause)) for pause in record.pauses],
+        "steps": plain_values(dataclasses.asdict(record.steps)),
+        "nodes": [plain_values(dataclasses.asdict(usage)) for usage in record.usage],
         **tail,
     }
 
 
 def _named(row: Any) -> Dict[str, Any]:
-    values: Dict[str, Any] = _plain(dataclasses.asdict(row))
+    values: Dict[str, Any] = plain_values(dataclasses.asdict(row))
     del values["name"]
     return values
 
 
-def _plain(value: Any) -> Any:
+def plain_values(value: Any) -> Any:
+    """Lists, mappings and numbers as YAML has them; what is not a finite number becomes None."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain_values(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain_values(item) for item in value]
     if isinstance(value, (bool, int, str)) or value is None:
         return value
     number = float(value)

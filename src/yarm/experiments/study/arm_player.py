@@ -8,8 +8,9 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from yarm.experiments.clearance import SAMPLE_M, surface_points
+from yarm.experiments.study.clearance import SAMPLE_M
 from yarm.geometry import FloatArray
+from yarm.geometry.solids import surface_points
 from yarm.geometry.urdf import Joint, UrdfModel
 
 STOP_S = 0.3
@@ -57,9 +58,9 @@ class ArmModel:
         self._index = {joint.name: i for i, joint in enumerate(model.moving_joints)}
         self._points: Dict[str, FloatArray] = {}
         for link in model.links:
-            own = [surface_points(solid, spacing_m) for solid in model.solids if solid.link == link]
+            own = [solid for solid in model.solids if solid.link == link]
             if own:
-                self._points[link] = np.concatenate(own)
+                self._points[link] = surface_points(own, spacing_m)
 
     def links(self, q: FloatArray) -> Dict[str, FloatArray]:
         """Pose (4, 4), world, of each link at joints (6,), rad."""

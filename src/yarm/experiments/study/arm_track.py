@@ -11,18 +11,18 @@ from typing import List
 
 import numpy as np
 
-from yarm.control.arm_errors import ArmError
-from yarm.control.arm_model import ArmDescription, load_arm, tool_pose
-from yarm.control.sander_params import SanderParams
-from yarm.control.sander_planner import TOOL_YAW_RAD, RasterPlan, SanderPlanner
-from yarm.experiments.arm_player import ArmModel, ArmPlayer, ArmTrack
+from yarm.control.arm.errors import ArmError
+from yarm.control.arm.model import ArmDescription, load_arm, tool_pose
+from yarm.control.sander.params import SanderParams
+from yarm.control.sander.planner import TOOL_YAW_RAD, RasterPlan, SanderPlanner
+from yarm.experiments.study.arm_player import ArmModel, ArmPlayer, ArmTrack
 from yarm.geometry import FloatArray
 from yarm.resources import resource
 
 PERIOD_S = 0.05
 PART_M = ((-0.45, -0.05), (-0.30, 0.30), 0.73)
 """The part's top: x, y and height, metres, world."""
-SOURCES = ("urdf/hc10.urdf.xacro", "config/hc10.yaml")
+SOURCES = ("urdf/cell/hc10.urdf.xacro", "config/cell/hc10.yaml")
 TIP_LINK = "sander_tip"
 
 

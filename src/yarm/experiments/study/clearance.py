@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Sequence, Tuple
+from typing import Sequence, Tuple
 
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
-from yarm.geometry.urdf import Solid
-from yarm.planning.shapes import ANKURBOT_BEAMS, ANKURBOT_DISCS
+from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
 
 SAMPLE_M = 0.025
 """Spacing of the points on an arm's links, metres; a distance to them is too large by at most its square over 8 R."""
@@ -24,13 +23,13 @@ class Upright:
     """A rounded rectangle raised between two heights; a disc has half sizes 0, a box has radius 0.
 
     Attributes:
-        center: x, y, metres, and heading, in the frame of its owner.
+        centre: x, y, metres, and heading, in the frame of its owner.
         half: half length and half width of the rectangle, metres.
         radius: rounding around it, metres.
         z: lower and upper end, metres.
     """
 
-    center: Pose2
+    centre: Pose2
     half: Tuple[float, float]
     radius: float
     z: Tuple[float, float]
@@ -42,7 +41,7 @@ class Upright:
 
     def at(self, pose: Pose2) -> Upright:
         """The solid in the world, its owner standing at a pose."""
-        return Upright(pose.compose(self.center), self.half, self.radius, self.z)
+        return Upright(pose.compose(self.centre), self.half, self.radius, self.z)
 
 
 def box(x: float, y: float, yaw_rad: float, size: Sequence[float], z_low: float) -> Upright:
@@ -65,7 +64,7 @@ def distance(a: Upright, b: Upright) -> float:
 
     Beyond ``FAR_M`` it may come out too small, but never below ``FAR_M``.
     """
-    far = math.hypot(a.center.x - b.center.x, a.center.y - b.center.y) - a.reach - b.reach
+    far = math.hypot(a.centre.x - b.centre.x, a.centre.y - b.centre.y) - a.reach - b.reach
     if far > FAR_M:
         return far
     apart_z = max(a.z[0] - b.z[1], b.z[0] - a.z[1])
@@ -91,8 +90,8 @@ def flat_distance(solids: Sequence[Upright], x_m: float, y_m: float) -> float:
     """Least horizontal distance of a point, metres, world, from upright solids; 0 or less inside."""
     distances = []
     for solid in solids:
-        c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
-        dx, dy = x_m - solid.center.x, y_m - solid.center.y
+        c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
+        dx, dy = x_m - solid.centre.x, y_m - solid.centre.y
         qx, qy = abs(c * dx + s * dy) - solid.half[0], abs(c * dy - s * dx) - solid.half[1]
         distances.append(math.hypot(max(qx, 0.0), max(qy, 0.0)) + min(max(qx, qy), 0.0) - solid.radius)
     return min(distances, default=math.inf)
@@ -100,8 +99,8 @@ def flat_distance(solids: Sequence[Upright], x_m: float, y_m: float) -> float:
 
 def _field(solid: Upright, points: FloatArray) -> FloatArray:
     """Signed distance (n,) of points (n, 3) from one solid."""
-    c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
-    dx, dy = points[:, 0] - solid.center.x, points[:, 1] - solid.center.y
+    c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
+    dx, dy = points[:, 0] - solid.centre.x, points[:, 1] - solid.centre.y
     qx = np.abs(c * dx + s * dy) - solid.half[0]
     qy = np.abs(-s * dx + c * dy) - solid.half[1]
     flat = np.hypot(np.maximum(qx, 0.0), np.maximum(qy, 0.0)) + np.minimum(np.maximum(qx, qy), 0.0) - solid.radius
@@ -112,10 +111,10 @@ def _field(solid: Upright, points: FloatArray) -> FloatArray:
 
 
 def _corners(solid: Upright) -> FloatArray:
-    c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
+    c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
     hx, hy = solid.half
     local = np.array([(hx, hy), (-hx, hy), (-hx, -hy), (hx, -hy)])
-    corners: FloatArray = local @ np.array([[c, s], [-s, c]]) + (solid.center.x, solid.center.y)
+    corners: FloatArray = local @ np.array([[c, s], [-s, c]]) + (solid.centre.x, solid.centre.y)
     return corners
 
 
@@ -123,7 +122,7 @@ def _rectangles(a: Upright, b: Upright) -> float:
     """Distance of two turned rectangles in the plane; negative by the least way that parts them."""
     corners_a, corners_b = _corners(a), _corners(b)
     depth = -math.inf
-    for yaw in (a.center.yaw_rad, b.center.yaw_rad):
+    for yaw in (a.centre.yaw_rad, b.centre.yaw_rad):
         for axis in ((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))):
             on_a, on_b = corners_a @ axis, corners_b @ axis
             depth = max(depth, float(max(on_a.min() - on_b.max(), on_b.min() - on_a.max())))
@@ -133,55 +132,8 @@ def _rectangles(a: Upright, b: Upright) -> float:
 
 
 def _to_rectangle(solid: Upright, points: FloatArray) -> float:
-    c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
-    dx, dy = points[:, 0] - solid.center.x, points[:, 1] - solid.center.y
+    c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
+    dx, dy = points[:, 0] - solid.centre.x, points[:, 1] - solid.centre.y
     qx = np.maximum(np.abs(c * dx + s * dy) - solid.half[0], 0.0)
     qy = np.maximum(np.abs(-s * dx + c * dy) - solid.half[1], 0.0)
     return float(np.hypot(qx, qy).min())
-
-
-def surface_points(solid: Solid, spacing_m: float = SAMPLE_M) -> FloatArray:
-    """Points (n, 3) on a solid's surface in its link's frame, metres, no further apart than the spacing."""
-    if solid.shape == "box":
-        local = _box_points(np.asarray(solid.size) / 2.0, spacing_m)
-    elif solid.shape == "cylinder":
-        local = _cylinder_points(solid.size[0], solid.size[1], spacing_m)
-    else:
-        local = _sphere_points(solid.size[0], spacing_m)
-    points: FloatArray = local @ solid.T_link_solid[:3, :3].T + solid.T_link_solid[:3, 3]
-    return points
-
-
-def _box_points(half: FloatArray, spacing: float) -> FloatArray:
-    axes = [np.linspace(-h, h, max(2, math.ceil(2 * h / spacing) + 1)) for h in half]
-    faces: List[FloatArray] = []
-    for axis in range(3):
-        first, second = [i for i in range(3) if i != axis]
-        u, v = np.meshgrid(axes[first], axes[second], indexing="ij")
-        for side in (-half[axis], half[axis]):
-            face = np.empty((u.size, 3))
-            face[:, first], face[:, second], face[:, axis] = u.ravel(), v.ravel(), side
-            faces.append(face)
-    return np.unique(np.concatenate(faces), axis=0)
-
-
-def _cylinder_points(radius: float, length: float, spacing: float) -> FloatArray:
-    rings = []
-    heights = np.linspace(-length / 2, length / 2, max(2, math.ceil(length / spacing) + 1))
-    radii = [(radius, z) for z in heights]
-    inner = np.linspace(0.0, radius, max(2, math.ceil(radius / spacing) + 1))[:-1]
-    radii += [(r, z) for r in inner for z in (heights[0], heights[-1])]
-    for r, z in radii:
-        n = max(1, math.ceil(2 * math.pi * r / spacing))
-        angles = 2 * math.pi * np.arange(n) / n
-        rings.append(np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(n, z)]))
-    return np.concatenate(rings)
-
-
-def _sphere_points(radius: float, spacing: float) -> FloatArray:
-    n = max(8, math.ceil(4 * math.pi * (radius / spacing) ** 2))
-    z = 1.0 - 2.0 * (np.arange(n) + 0.5) / n
-    turn = math.pi * (1.0 + math.sqrt(5.0)) * np.arange(n)
-    flat = np.sqrt(1.0 - z * z)
-    points: FloatArray = radius * np.column_stack([flat * np.cos(turn), flat * np.sin(turn), z])
-    return points

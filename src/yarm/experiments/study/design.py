@@ -6,12 +6,19 @@ from dataclasses import dataclass
 from typing import Dict, Iterable, List, Mapping, Sequence, Tuple
 
 from yarm.experiments.statistics import Proportion, interquartile_text
-from yarm.experiments.trial import TrialResult, TrialSpec
+from yarm.experiments.study.trial import TrialResult, TrialSpec
+from yarm.planning.model.params import PlannerParams
 
 PARTICLES = (20, 100, 333, 2496)
+Variant = Tuple[str, int]
+"""A planner, and the cells it keeps from what stands in the map."""
+FITTED = ("original", PlannerParams().original_margin_cells)
+"""The publication gives no margin; this one was chosen because its paths have the published numbers of waypoints."""
+YARM = ("yarm", 1)
+VARIANTS: Tuple[Variant, ...] = (("original", 0), ("original", 1), ("original", 2), YARM)
 PLANNERS = ("original", "yarm")
-Cell = Tuple[str, bool, int]
-"""Planner, re-planning, particles."""
+Cell = Tuple[Variant, bool, int]
+"""Planner with its margin, re-planning, particles."""
 
 
 @dataclass(frozen=True)
@@ -47,29 +54,31 @@ class Study:
         scene: the scene.
         replanning: with and without, or only one of them.
         trials: seeds for each combination.
+        variants: planners with their margins.
+        particles: numbers of particles.
     """
 
     name: str
     scene: str
     replanning: Tuple[bool, ...]
     trials: int
-    planners: Tuple[str, ...] = PLANNERS
+    variants: Tuple[Variant, ...] = (FITTED, YARM)
     particles: Tuple[int, ...] = PARTICLES
 
     def specs(self) -> List[TrialSpec]:
         """Every trial; seeds outermost, so that an interrupted study is even."""
         return [
-            TrialSpec(self.scene, planner, replanning, particles, seed)
+            TrialSpec(self.scene, planner, replanning, particles, margin, seed)
             for seed in range(self.trials)
-            for planner in self.planners
+            for planner, margin in self.variants
             for replanning in self.replanning
             for particles in self.particles
         ]
 
 
 def table_study(trials: int) -> Study:
-    """The publication's table: one robot to a target past the moving HC10."""
-    return Study("table", "1m1ma_target", (False, True), trials)
+    """The publication's table: one robot to a target past the moving HC10; `original` with each margin."""
+    return Study("table", "1m1ma_target", (False, True), trials, VARIANTS)
 
 
 def single_study(trials: int) -> Study:
@@ -83,6 +92,7 @@ class CellSummary:
 
     Attributes:
         planner: "original" or "yarm".
+        margin_cells: what it keeps from what stands in the map, cells.
         replanning: with re-planning.
         particles: number of particles.
         trials: trials done.
@@ -94,6 +104,7 @@ class CellSummary:
     """
 
     planner: str
+    margin_cells: int
     replanning: bool
     particles: int
     trials: int
@@ -105,11 +116,11 @@ class CellSummary:
 
 
 def summarise(results: Iterable[TrialResult]) -> List[CellSummary]:
-    """One summary for each combination of planner, re-planning and particles, in that order."""
+    """One summary for each combination of planner, margin, re-planning and particles, in that order."""
     cells: Dict[Cell, List[TrialResult]] = {}
     for result in results:
         spec = result.spec
-        cells.setdefault((spec.planner, spec.replanning, spec.particles), []).append(result)
+        cells.setdefault(((spec.planner, spec.margin_cells), spec.replanning, spec.particles), []).append(result)
     return [_summary(cell, cells[cell]) for cell in sorted(cells)]
 
 
@@ -124,8 +135,12 @@ def _summary(cell: Cell, results: Sequence[TrialResult]) -> CellSummary:
         "free_end": [r.free_end_touches > 0 for r in results],
     }
     solved = [r for r in results if r.solved]
+    (planner, margin_cells), replanning, particles = cell
     return CellSummary(
-        *cell,
+        planner,
+        margin_cells,
+        replanning,
+        particles,
         len(results),
         tuple(r.first_path for r in results),
         tuple(len(r.sent) for r in results),
@@ -137,6 +152,7 @@ def _summary(cell: Cell, results: Sequence[TrialResult]) -> CellSummary:
 
 TABLE_HEADER = (
     "planner",
+    "margin, cells",
     "re-planning",
     "particles",
     "N",
@@ -160,6 +176,7 @@ def table_rows(summaries: Sequence[CellSummary]) -> List[Tuple[str, ...]]:
         rows.append(
             (
                 cell.planner,
+                str(cell.margin_cells),
                 "yes" if cell.replanning else "no",
                 str(cell.particles),
                 str(cell.trials),

@@ -13,14 +13,15 @@ from typing import Dict, FrozenSet, Mapping, Optional, Protocol, Tuple
 
 import numpy as np
 
-from yarm.control.base_controller import BaseController, BaseGoal, Outcome
-from yarm.control.base_model import BaseModel
-from yarm.control.base_params import BaseParams
-from yarm.experiments.clearance import ANKURBOT, Upright, box, fleet_distance, points_distance
+from yarm.control.base.controller import BaseController, BaseGoal, Outcome
+from yarm.control.base.model import BaseModel
+from yarm.control.base.params import BaseParams
+from yarm.experiments.study.clearance import ANKURBOT, Upright, box, fleet_distance, points_distance
 from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Pose2
-from yarm.planning.shapes import ARM_REACH_M, ankurbot_mask
-from yarm.planning.types import Goal, PlanRequest, Robot, Waypoint
-from yarm.sim.scene import Scene
+from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
+from yarm.planning.model.types import Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
+from yarm.robots.ankurbot import ARM_REACH_M, ankurbot_mask
+from yarm.sim.scenes.scene import Scene
 
 TICK_S = 1.0 / 60.0
 CHECK_TICKS = 3
@@ -30,7 +31,7 @@ FIXTURES: Mapping[str, Tuple[Upright, ...]] = {
     "table": (box(0.0, 0.0, 0.0, (0.90, 1.20, 0.70), 0.0), box(-0.25, 0.0, 0.0, (0.40, 0.60, 0.03), 0.70)),
     "stand": (box(-1.10, 0.0, 0.0, (0.40, 0.40, 0.70), 0.0),),
 }
-"""What is bolted to the floor, as in urdf/cell.urdf.xacro (a test compares)."""
+"""What is bolted to the floor, as in urdf/cell/cell.urdf.xacro (a test compares)."""
 
 
 class Arm(Protocol):
@@ -118,8 +119,13 @@ class KinematicWorld:
         self.now_s = 0.0
         self.arm = arm
         self.arm_enabled = True
-        self.statics: Dict[str, Tuple[Upright, ...]] = {name: FIXTURES[name] for name in scene.fixtures}
-        for thing in scene.things_of("Obstacle"):
+        self.statics: Dict[str, Tuple[Upright, ...]] = {}
+        for fixture in scene.placed_fixtures:
+            pose = Pose2(fixture.station.x, fixture.station.y, fixture.station.yaw_rad)
+            self.statics[fixture.name] = tuple(solid.at(pose) for solid in FIXTURES[fixture.type])
+        for thing in scene.things_of(ObjectKind.OBSTACLE):
+            if thing.model:
+                raise ValueError(f"obstacle {thing.name}: the kinematic world knows boxes only, not {thing.model}")
             self.statics[thing.name] = (
                 box(thing.x, thing.y, thing.yaw_rad, thing.size, thing.z - thing.size[2] / 2.0),
             )
@@ -131,9 +137,9 @@ class KinematicWorld:
             controller = BaseController(params or BaseParams())
             self.robots[robot.name] = KinematicRobot(robot.name, controller, base, free_pose=pose)
         self.goals = {
-            thing.name: Goal(thing.name, thing.kind, spec.column_of((thing.x, thing.y)))
+            thing.name: Goal(thing.name, GoalKind(thing.kind), spec.column_of((thing.x, thing.y)))
             for thing in scene.things
-            if thing.kind in ("Debris", "Target")
+            if thing.kind in GOAL_KINDS
         }
         self._ticks = 0
 
@@ -157,19 +163,20 @@ class KinematicWorld:
 
     def request(self, assignments: Mapping[str, str]) -> PlanRequest:
         """What the planner would be given now."""
-        grid = np.zeros(self.spec.shape, dtype=np.int8)
+        occupied = np.zeros(self.spec.shape, dtype=np.bool_)
         objects: Dict[str, IntArray] = dict(self.static_cells)
         if self.arm is not None:
             objects["hc10_barc"] = self.spec.cells_inside(self.arm.points())
         robots = tuple(self.seen(robot) for robot in self.robots.values())
-        for cells in [*objects.values(), *(robot.cells for robot in robots)]:
+        for cells in objects.values():
             inside = cells[self.spec.contains(cells)]
-            grid[inside[:, 0], inside[:, 1], inside[:, 2]] = 1
-        return PlanRequest(self.spec, grid, robots, self.goals, assignments, objects)
+            occupied[inside[:, 0], inside[:, 1], inside[:, 2]] = True
+        standing = without_robots(self.spec, occupied, robots)
+        return PlanRequest(self.spec, standing, robots, self.goals, assignments, objects)
 
     def pose_of(self, waypoint: Waypoint) -> Pose2:
         """Pose of an end effector sent to a waypoint."""
-        x, y = self.spec.column_center(waypoint.column)
+        x, y = self.spec.column_centre(waypoint.column)
         return Pose2(x, y, waypoint.yaw_rad)
 
     def free_at(self, pose: Pose2, besides: str = "") -> bool:
@@ -186,7 +193,7 @@ class KinematicWorld:
         """A robot as the planner is shown it."""
         pose = robot.pose
         column = self.spec.column_of((pose.x, pose.y))
-        x, y = self.spec.column_center(column)
+        x, y = self.spec.column_centre(column)
         mask = ankurbot_mask(self.spec, pose.yaw_rad, (pose.x - x, pose.y - y))
         return Robot(robot.name, column, pose.yaw_rad, mask, (pose.x, pose.y))
 
@@ -220,9 +227,9 @@ def solid_cells(spec: GridSpec, solids: Tuple[Upright, ...]) -> IntArray:
         spans = [*solid.half, (solid.z[1] - solid.z[0]) / 2.0]
         axes = [np.linspace(-h + 1e-6, h - 1e-6, max(2, math.ceil(2 * h / step) + 1)) for h in spans]
         x, y, z = (a.ravel() for a in np.meshgrid(*axes, indexing="ij"))
-        c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
+        c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
         middle = (solid.z[0] + solid.z[1]) / 2.0
-        points = np.column_stack([solid.center.x + c * x - s * y, solid.center.y + s * x + c * y, middle + z])
+        points = np.column_stack([solid.centre.x + c * x - s * y, solid.centre.y + s * x + c * y, middle + z])
         cells, inside = spec.cells_of(points)
         own = cells[inside]
         marked[own[:, 0], own[:, 1], own[:, 2]] = True

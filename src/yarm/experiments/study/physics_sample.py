@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
-from yarm.experiments.missions import experiment_command, launch
+from yarm.experiments.run.missions import experiment_command, launch
+from yarm.experiments.run.tables import markdown_table
+from yarm.experiments.run.writers import is_finished
 from yarm.experiments.statistics import Proportion, percentile
-from yarm.experiments.tables import markdown_table
-from yarm.experiments.trial import TrialResult, TrialSpec, raster_share
-from yarm.experiments.writers import is_finished
+from yarm.experiments.study.design import FITTED, YARM, table_study
+from yarm.experiments.study.trial import TrialResult, TrialSpec, raster_share
 
-SCENE = "1m1ma_target"
-PARTICLES = 333
+LIMIT_S = 120.0
+"""Simulated time a run may take; in the kinematic world no trial that arrives takes half of it."""
 POINTS_LIMIT = 5.0
 LENGTH_LIMIT = 5.0
 
@@ -31,6 +32,7 @@ class PhysicsResult:
         clean: solved, and nothing was touched.
         path_m: way of the end effector, metres.
         waypoints: waypoints sent.
+        refused: planning steps whose motions the independent checker refused or, for `original`, would have refused.
         faults: what was wrong, in sentences.
     """
 
@@ -39,16 +41,14 @@ class PhysicsResult:
     clean: bool
     path_m: float
     waypoints: int
+    refused: int
     faults: Tuple[str, ...]
 
 
 def sample_specs(count: int, planners: Sequence[str]) -> List[TrialSpec]:
-    """The trials to repeat: with re-planning, the same number for each planner."""
-    return [
-        TrialSpec(SCENE, planner, True, PARTICLES, seed)
-        for seed in range(-(-count // len(planners)))
-        for planner in planners
-    ][:count]
+    """The trials to repeat: from every cell of the table, as evenly as the count allows, the lowest seeds first."""
+    study = replace(table_study(count), variants=tuple(v for v in (FITTED, YARM) if v[0] in planners))
+    return study.specs()[:count]
 
 
 def run_sample(
@@ -60,7 +60,7 @@ def run_sample(
         on_progress(done, len(specs), spec.key)
         summary = summary_file(folder, spec)
         if not is_finished(summary.parent):
-            (folder / spec.planner).mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
             with (folder / f"{spec.key}.log").open("w") as log:
                 launch(command(folder, spec), log)
         results.append(read_result(spec, summary))
@@ -76,15 +76,22 @@ def command(folder: Path, spec: TrialSpec) -> List[str]:
         "--planner": spec.planner,
         "--particles": spec.particles,
         "--raster": f"{raster_share(spec.seed):.4f}",
-        "--results": folder / spec.planner,
+        "--limit": LIMIT_S,
+        "--results": cell_folder(folder, spec),
     }
-    unguarded = ["--unguarded"] if spec.planner == "original" else []
-    return [*experiment_command(), *unguarded, *(str(word) for option in options.items() for word in option)]
+    flags = ["--unguarded"] if spec.planner == "original" else []
+    flags += [] if spec.replanning else ["--planned-once"]
+    return [*experiment_command(), *flags, *(str(word) for option in options.items() for word in option)]
+
+
+def cell_folder(folder: Path, spec: TrialSpec) -> Path:
+    """Where the runs of a cell of the table leave their results."""
+    return folder / f"{spec.planner}-{'replanning' if spec.replanning else 'once'}-{spec.particles:04d}"
 
 
 def summary_file(folder: Path, spec: TrialSpec) -> Path:
     """Where the run leaves its results."""
-    return folder / spec.planner / spec.scene / str(spec.seed) / "summary.yaml"
+    return cell_folder(folder, spec) / spec.scene / str(spec.seed) / "summary.yaml"
 
 
 def read_result(spec: TrialSpec, summary: Path) -> PhysicsResult:
@@ -92,20 +99,23 @@ def read_result(spec: TrialSpec, summary: Path) -> PhysicsResult:
     try:
         values: Mapping[str, Any] = yaml.safe_load(summary.read_text())
     except FileNotFoundError:
-        return PhysicsResult(spec, False, False, float("nan"), 0, ("no results",))
+        return PhysicsResult(spec, False, False, float("nan"), 0, 0, ("no results",))
     robots, goals = list(values["robots"].values()), list(values["goals"].values())
     solved = bool(goals) and all(goal["reached"] for goal in goals)
     touched = any(contact["kind"] == "failure" for contact in values["contacts"])
     path_m = robots[0]["path_m"] if robots else float("nan")
     waypoints = robots[0]["waypoints"] if robots else 0
-    return PhysicsResult(spec, solved, solved and not touched, path_m, waypoints, tuple(values["faults"]))
+    refused = values["steps"]["refused"]
+    return PhysicsResult(spec, solved, solved and not touched, path_m, waypoints, refused, tuple(values["faults"]))
 
 
 HEADER = (
     "planner",
+    "re-planning",
     "N",
     "solved, physics",
     "solved, kinematic",
+    "the same, trial by trial",
     "nothing touched, physics",
     "nothing touched, kinematic",
     "path m, physics",
@@ -115,23 +125,30 @@ HEADER = (
 
 
 def compare(physics: Sequence[PhysicsResult], kinematic: Sequence[TrialResult]) -> List[Tuple[str, ...]]:
-    """One row for each planner: shares and median ways of the same trials in both worlds."""
+    """One row for each planner with and without re-planning, over all numbers of particles, in both worlds.
+
+    Shares are of the same trials; ways are medians of the trials solved in both worlds.
+    """
     by_spec = {result.spec: result for result in kinematic}
     rows = []
-    for planner in sorted({result.spec.planner for result in physics}):
-        mine = [r for r in physics if r.spec.planner == planner and r.spec in by_spec]
-        theirs = [by_spec[r.spec] for r in mine]
-        solved = [Proportion(sum(r.solved for r in group), len(group)) for group in (mine, theirs)]
-        clean = [Proportion(sum(r.clean for r in group), len(group)) for group in (mine, theirs)]
-        ways = [percentile([r.path_m for r in group if r.solved], 50) for group in (mine, theirs)]
+    for planner, replanning in sorted({(r.spec.planner, r.spec.replanning) for r in physics if r.spec in by_spec}):
+        mine = [
+            r for r in physics if (r.spec.planner, r.spec.replanning) == (planner, replanning) and r.spec in by_spec
+        ]
+        both = [(r, by_spec[r.spec]) for r in mine]
+        solved = [Proportion(sum(pair[i].solved for pair in both), len(both)) for i in (0, 1)]
+        clean = [Proportion(sum(pair[i].clean for pair in both), len(both)) for i in (0, 1)]
+        alike = Proportion(sum(a.solved == b.solved for a, b in both), len(both))
+        ways = [percentile([pair[i].path_m for pair in both if pair[0].solved and pair[1].solved], 50) for i in (0, 1)]
         points = 100.0 * abs(solved[0].rate - solved[1].rate)
         length = 100.0 * abs(ways[0] / ways[1] - 1.0)
         good = points <= POINTS_LIMIT and length <= LENGTH_LIMIT
         rows.append(
             (
                 planner,
+                "yes" if replanning else "no",
                 str(len(mine)),
-                *(share.text() for share in (*solved, *clean)),
+                *(share.text() for share in (*solved, alike, *clean)),
                 *(f"{way:.2f}" for way in ways),
                 f"{'yes' if good else 'no'}: {points:.0f} points, {length:.1f} %",
             )
@@ -145,14 +162,16 @@ def write_sample(physics: Sequence[PhysicsResult], kinematic: Sequence[TrialResu
     with (folder / "physics.csv").open("w", newline="") as stream:
         writer = csv.writer(stream)
         measured = ["solved", "clean", "path_m", "waypoints"]
-        writer.writerow(["planner", "seed", *measured, *(f"{name}_kinematic" for name in measured), "faults"])
+        asked = ["planner", "margin_cells", "replanning", "particles", "seed"]
+        writer.writerow([*asked, *measured, *(f"{name}_kinematic" for name in measured), "refused", "faults"])
         for r in physics:
             other: Optional[TrialResult] = by_spec.get(r.spec)
             twin = ["", "", "", ""]
             if other is not None:
                 twin = [str(int(other.solved)), str(int(other.clean)), f"{other.path_m:.3f}", str(len(other.sent))]
-            own = [r.spec.planner, r.spec.seed, int(r.solved), int(r.clean), f"{r.path_m:.3f}", r.waypoints]
-            writer.writerow([*own, *twin, "; ".join(r.faults)])
+            cell = [r.spec.planner, r.spec.margin_cells, int(r.spec.replanning), r.spec.particles, r.spec.seed]
+            own = [int(r.solved), int(r.clean), f"{r.path_m:.3f}", r.waypoints]
+            writer.writerow([*cell, *own, *twin, r.refused, "; ".join(r.faults)])
     text = markdown_table(HEADER, compare(physics, kinematic))
     (folder / "physics.md").write_text(text + "\n")
     return text

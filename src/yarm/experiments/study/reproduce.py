@@ -6,18 +6,36 @@ import argparse
 import shutil
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import List, Sequence
 
-from yarm.experiments.missions import run_missions
-from yarm.experiments.physics_sample import run_sample, sample_specs, write_sample
-from yarm.experiments.study import PLANNERS, Study, single_study, table_study
-from yarm.experiments.study_report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
-from yarm.experiments.study_runner import StudyError, of_other_code, run_specs
-from yarm.experiments.trial import TrialResult
+from yarm.experiments.explore.figures import plot_final_maps, write_study
+from yarm.experiments.explore.measures import measure
+from yarm.experiments.explore.method_figure import plot_method
+from yarm.experiments.explore.pictures import plot_exploration
+from yarm.experiments.explore.study import ablation_specs, known_controllers, table_specs
+from yarm.experiments.explore.trial import ExploreSpec, judge_of, run_record
+from yarm.experiments.explore.trials import EXPLORE_TRIALS
+from yarm.experiments.explore.writers import run_folder, write_exploration
+from yarm.experiments.inspect.study import add_options as inspect_options
+from yarm.experiments.inspect.study import inspections
+from yarm.experiments.run.missions import run_missions
+from yarm.experiments.study.design import PLANNERS, Study, single_study, table_study
+from yarm.experiments.study.physics_sample import run_sample, sample_specs, write_sample
+from yarm.experiments.study.report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
+from yarm.experiments.study.runner import StudyError, of_other_code, run_specs, run_trials
+from yarm.experiments.study.tag_reproduce import add_options as tag_options
+from yarm.experiments.study.tag_reproduce import tags
+from yarm.experiments.study.trial import TrialResult
+from yarm.exploration.report.params import ReportParams
+from yarm.geometry import Pose2
 
 BAR = 40
-STUDIES = ("table", "planning_time", "missions", "physics")
+STUDIES = ("table", "planning_time", "missions", "physics", "explore", "tags", "inspect")
+MAPPED_IN_PRACTICE = ("report_printed", "report", "yarm")
+HALF_KNOWN_S = 150.0
+"""The report's way with frontiers is shown on the map of `practice` at this time."""
 IN_PHYSICS = ("missions", "physics")
 """These launch the whole system."""
 
@@ -29,9 +47,13 @@ def parser() -> argparse.ArgumentParser:
     )
     options.add_argument("--trials", type=int, default=30, help="seeds for each cell of the table")
     options.add_argument("--time-trials", type=int, default=10, help="seeds for each line of the planning-time figure")
-    options.add_argument("--physics-trials", type=int, default=20, help="trials repeated in full physics; needs ROS")
+    options.add_argument("--physics-trials", type=int, default=32, help="trials repeated in full physics; needs ROS")
     options.add_argument("--study", choices=STUDIES, action="append", help="only this one; may be repeated")
-    options.add_argument("--planner", action="append", help="only this planner; may be repeated")
+    options.add_argument("--planner", choices=PLANNERS, action="append", help="only this planner; may be repeated")
+    options.add_argument("--arenas", type=int, default=100, help="of the exploration study, kinds alternating")
+    options.add_argument("--controller", action="append", help="of the exploration study, only this; may be repeated")
+    inspect_options(options)
+    tag_options(options)
     options.add_argument("--results", default="results/reproduce", help="folder to write to and to resume from")
     options.add_argument("--scheduler", default="", help="address of a Dask scheduler; default: local processes")
     options.add_argument("--workers", type=int, default=0, help="local processes; 0 for one a core")
@@ -42,9 +64,9 @@ def studies_of(options: argparse.Namespace) -> List[Study]:
     """The studies that are asked for."""
     chosen = [table_study(options.trials), single_study(options.time_trials)]
     wanted = options.study or STUDIES
-    planners = tuple(options.planner or chosen[0].planners)
+    planners = options.planner or PLANNERS
     return [
-        Study(study.name, study.scene, study.replanning, study.trials, planners, study.particles)
+        replace(study, variants=tuple(variant for variant in study.variants if variant[0] in planners))
         for study in chosen
         if study.name in wanted
     ]
@@ -91,6 +113,46 @@ def physics(options: argparse.Namespace, folder: Path) -> str:
     return write_sample(measured, kinematic, folder)
 
 
+def explorations(options: argparse.Namespace, folder: Path) -> List[str]:
+    """Run the exploration study; texts to print.
+
+    Raises:
+        StudyError: trials failed.
+    """
+    controllers = [name for name in known_controllers() if name in (options.controller or known_controllers())]
+    table, ablation = table_specs(options.arenas, controllers), []
+    if "report" in controllers:
+        ablation = ablation_specs(options.arenas)
+    results, without = (
+        run_trials(
+            EXPLORE_TRIALS, specs, folder / "explore_trials", options.scheduler, options.workers, ProgressBar(title)
+        )
+        for title, specs in (("explore", table), ("explore, ablation", ablation))
+    )
+    text = write_study(results, without, folder)
+    practice_runs(controllers, folder)
+    return [text]
+
+
+def practice_runs(controllers: Sequence[str], folder: Path) -> None:
+    """Whole runs in `practice` with all their files, their final maps side by side, and the report's frontier mode."""
+    judge = judge_of("practice")
+    records = []
+    for name in (name for name in MAPPED_IN_PRACTICE if name in controllers):
+        record = run_record(ExploreSpec("practice", name, 0), judge)
+        run = run_folder(folder, record.arena, record.controller, record.seed)
+        write_exploration(record, measure(record, judge), run)
+        plot_exploration(record, judge.arena, run)
+        records.append(record)
+    if records:
+        plot_final_maps(records, folder / "explore_practice.png")
+    if "report" in controllers:
+        half = run_record(ExploreSpec("practice", "report", 0, time_limit_s=HALF_KNOWN_S), judge)
+        if half.map is not None:
+            end = half.path[-1]
+            plot_method(half.map, Pose2(end.x, end.y, end.yaw), folder / "explore_method.png", ReportParams())
+
+
 def in_physics(options: argparse.Namespace, folder: Path) -> List[str]:
     """What is asked for that needs the whole system; texts to print."""
     wanted = [name for name in options.study or STUDIES if name in IN_PHYSICS]
@@ -127,7 +189,13 @@ def main(arguments: Sequence[str]) -> int:
             return 130
         sys.stdout.write("\n" + report(study, results, folder) + "\n\n")
     try:
-        texts = in_physics(options, folder)
+        texts = explorations(options, folder) if "explore" in (options.study or STUDIES) else []
+        texts += [tags(options, folder, ProgressBar)] if "tags" in (options.study or STUDIES) else []
+        texts += [inspections(options, folder, ProgressBar)] if "inspect" in (options.study or STUDIES) else []
+        texts += in_physics(options, folder)
+    except StudyError as error:
+        sys.stderr.write(f"\n{error}\n")
+        return 1
     except KeyboardInterrupt:
         sys.stderr.write(f"\ninterrupted; what is done is in {folder}: run the same command to go on\n")
         return 130

@@ -11,16 +11,17 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 import numpy as np
 
 from yarm.commander.params import CommanderParams
-from yarm.control.base_controller import Outcome
-from yarm.experiments.arm_track import arm_of
-from yarm.experiments.clearance import flat_distance
-from yarm.experiments.kinematic import TICK_S, KinematicRobot, KinematicWorld
+from yarm.control.base.controller import Outcome
+from yarm.experiments.study.arm_track import arm_of
+from yarm.experiments.study.clearance import flat_distance
+from yarm.experiments.study.kinematic import TICK_S, KinematicRobot, KinematicWorld
 from yarm.geometry import GridSpec
-from yarm.planning.checker import check_step
-from yarm.planning.params import PlannerParams
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import FleetPlan, FleetPlanner, PlanRequest, RobotPlan, Waypoint
 from yarm.planning.registry import make_planner
-from yarm.planning.types import FleetPlan, FleetPlanner, PlanRequest, RobotPlan, Waypoint
-from yarm.sim.scene import load_scene
+from yarm.planning.verification.checker import check_step
+from yarm.robots.ankurbot import EE_HEIGHT_M
+from yarm.sim.scenes.scene import load_scene
 
 THINK_S = 0.1
 """Simulated time a robot stands between two waypoints while the map is looked at and the plan is made."""
@@ -41,6 +42,7 @@ class TrialSpec:
         planner: "original" or "yarm".
         replanning: plan again at every waypoint; else the first path is followed to its end, unchecked.
         particles: number of particles.
+        margin_cells: what `original` keeps from what stands in the map, cells; `yarm` always keeps one.
         seed: of the planner, and of the place in its raster the manipulator starts from.
     """
 
@@ -48,13 +50,14 @@ class TrialSpec:
     planner: str
     replanning: bool
     particles: int
+    margin_cells: int
     seed: int
 
     @property
     def key(self) -> str:
         """Unique name, good for a file."""
         asked = "replanning" if self.replanning else "once"
-        return f"{self.scene}-{self.planner}-{asked}-{self.particles:04d}-{self.seed:04d}"
+        return f"{self.scene}-{self.planner}{self.margin_cells}-{asked}-{self.particles:04d}-{self.seed:04d}"
 
 
 @dataclass(frozen=True)
@@ -126,7 +129,8 @@ class TrialResult:
 
 def run_trial(spec: TrialSpec) -> TrialResult:
     """Run one trial; a pure function of its spec but for the planning times it reports."""
-    return Trial(spec, _world(spec), make_planner(spec.planner, PlannerParams(particles=spec.particles))).run()
+    params = PlannerParams(particles=spec.particles, original_margin_cells=spec.margin_cells)
+    return Trial(spec, _world(spec), make_planner(spec.planner, params)).run()
 
 
 def raster_share(seed: int) -> float:
@@ -136,7 +140,7 @@ def raster_share(seed: int) -> float:
 
 def _world(spec: TrialSpec) -> KinematicWorld:
     scene = load_scene(spec.scene)
-    arm = arm_of(raster_share(spec.seed)) if scene.has_working_arm else None
+    arm = arm_of(raster_share(spec.seed)) if scene.working_arms else None
     return KinematicWorld(scene, GridSpec(), arm)
 
 
@@ -212,18 +216,19 @@ class Trial:
                 step = None
             if step is None:
                 self._advance(WAIT_S)
-            elif self._drive(step):
+            there = step is not None and self._drive(step)
+            if there:
                 self._moved_s = self.world.now_s
-            if self.spec.planner == "original" and self._planned_arrival(own):
+            if self.spec.planner == "original" and self._planned_arrival(own, there):
                 self._declare()
                 return "the planned waypoint was the goal"
             if self.world.now_s - self._moved_s > PATIENCE_S:
                 return f"no motion for {PATIENCE_S:.0f} s: {plan.reason or 'no step was sent'}"
         return f"not there after {LIMIT_S:.0f} s"
 
-    def _planned_arrival(self, own: Optional[RobotPlan]) -> bool:
-        """As published: arrived when the waypoint that was planned is the goal, wherever the robot is."""
-        if own is None or not own.path:
+    def _planned_arrival(self, own: Optional[RobotPlan], there: bool) -> bool:
+        """As published: arrived when the drive succeeded, or none was needed, and what was planned is the goal."""
+        if own is None or not own.path or not (there or len(own.path) == 1):
             return False
         return own.path[min(1, len(own.path) - 1)].column == self._goal.column
 
@@ -268,7 +273,7 @@ class Trial:
         pose = self._robot.pose
         if self.spec.planner == "original":
             size = self.world.spec.resolution
-            apart = np.array([pose.x - tip[0], pose.y - tip[1], 0.89 - tip[2]]) / size
+            apart = np.array([pose.x - tip[0], pose.y - tip[1], EE_HEIGHT_M - tip[2]]) / size
             return bool(np.linalg.norm(apart) >= ORIGINAL_PAUSE_CELLS)
         near = flat_distance(self._robot.solids, tip[0], tip[1])
         if near < self._limits.pause_distance_m:
@@ -277,10 +282,10 @@ class Trial:
 
     def _arrived(self) -> bool:
         pose = self._robot.pose
-        x, y = self.world.spec.column_center(self._goal.column)
+        x, y = self.world.spec.column_centre(self._goal.column)
         near = math.hypot(pose.x - x, pose.y - y) <= self._limits.arrival_tolerance_m
         return near or self.world.spec.column_of((pose.x, pose.y)) == self._goal.column
 
     def _declare(self) -> None:
-        x, y = self.world.spec.column_center(self._goal.column)
+        x, y = self.world.spec.column_centre(self._goal.column)
         self.declared_m = math.hypot(self._robot.pose.x - x, self._robot.pose.y - y)

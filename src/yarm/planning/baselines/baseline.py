@@ -1,8 +1,4 @@
-"""What the planners that YARM is compared with have in common: they find paths, this makes a fleet's step of them.
-
-Each robot's path begins where it stands. A robot makes its path's first move when that touches neither where the others
-stand nor what robots before it in the fleet do in the same step; else it waits. Nobody steps aside for anybody.
-"""
+"""What the planners that YARM is compared with have in common: the request is checked, a search makes plans of it."""
 
 from __future__ import annotations
 
@@ -14,14 +10,15 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from yarm.planning import request_check as check
-from yarm.planning.bitboard import Layers, dilated, overlap
-from yarm.planning.cspace import Pose, ShapeCache
-from yarm.planning.fleet import Fleet
-from yarm.planning.params import PlannerParams
-from yarm.planning.search import Path, Roadmap
-from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan, Waypoint
-from yarm.planning.world import World, turns_of, why_not
+from yarm.planning.cspace.cell_sets import CellSet, dilated, overlap
+from yarm.planning.cspace.robot_space import Pose, ShapeCache
+from yarm.planning.fleet.fleet import Fleet
+from yarm.planning.fleet.problem import PlanningProblem, explain_failure, turns_of
+from yarm.planning.model import request_check as check
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan, Waypoint
+from yarm.planning.roadmap.roadmap import Roadmap
+from yarm.planning.roadmap.search import Path
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class Found:
 
 
 class BaselinePlanner(ABC):
-    """A planner that finds every robot's path anew at each step and remembers nothing. Not thread safe."""
+    """A planner with the checks and tables of YARM and a search of its own. Not thread safe."""
 
     def __init__(self, params: Optional[PlannerParams] = None) -> None:
         """A planner; of the parameters it uses those about turns."""
@@ -43,9 +40,8 @@ class BaselinePlanner(ABC):
         self._turns = turns_of(self.params.turns_deg, self.params.turn_deg_per_cell)
         self._cache = ShapeCache()
 
-    def reset(self) -> None:
-        """Nothing to forget but tables of shapes."""
-        self._cache.clear()
+    def reset(self) -> None:  # noqa: B027 (it has no plan to forget)
+        """Nothing to forget: what is kept from plan to plan depends on shapes alone."""
 
     def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
         """Plan one step for the fleet; see ``FleetPlanner``."""
@@ -53,44 +49,52 @@ class BaselinePlanner(ABC):
         fault = check.world_fault(request)
         if fault:
             return check.refused(request, fault)
-        plans = _faulty_plans(request)
-        world = World.of(request, self._turns, self._cache)
+        problem = PlanningProblem.of(request, self._turns, self._cache)
+        plans = check.faulty_plans(request, () if problem is None else [robot.name for robot in problem.robots])
         rounds = 0
-        if world is not None:
-            fleet = Fleet(world.spaces, world.targets, Roadmap(np.zeros((0, 2), dtype=np.int64)))
+        if problem is not None:
+            fleet = Fleet(problem.spaces, problem.targets, Roadmap.of(np.zeros((0, 2), dtype=np.int64)))
             active = []
-            for i, robot in enumerate(world.robots):
-                if world.targets[i] is None or robot.name in plans:
+            for i, robot in enumerate(problem.robots):
+                if problem.targets[i] is None or robot.name in plans:
                     continue
                 status, reason = (
-                    why_not(world, fleet, i) if not _can_stand_at_goal(fleet, i) else (PlanStatus.SOLVED, "")
+                    explain_failure(problem, fleet, i) if not _can_stand_at_goal(fleet, i) else (PlanStatus.SOLVED, "")
                 )
                 if status is PlanStatus.SOLVED:
                     active.append(i)
                 else:
                     plans[robot.name] = RobotPlan(robot.name, request.assignments[robot.name], status, reason)
-            found, rounds = self._search(world, fleet, active, rng)
-            plans.update(_robot_plans(world, fleet, found))
+            searched, rounds = self._plans(problem, fleet, active, rng)
+            plans.update(searched)
         status, reason = check.worst(plans)
         return FleetPlan(status, reason, plans, rounds, 1e3 * (time.perf_counter() - began))
 
     @abstractmethod
+    def _plans(
+        self, problem: PlanningProblem, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
+    ) -> Tuple[Dict[str, RobotPlan], int]:
+        """Plans of the active robots, and of others that step aside for them, and the rounds it took."""
+
+
+class OneByOnePlanner(BaselinePlanner):
+    """A planner that finds every robot's path anew at each step, the others standing, and remembers nothing.
+
+    A robot makes its path's first move when that touches neither where the others stand nor what robots before it in
+    the fleet do in the same step; else it waits. Nobody steps aside for anybody.
+    """
+
+    def _plans(
+        self, problem: PlanningProblem, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
+    ) -> Tuple[Dict[str, RobotPlan], int]:
+        found, rounds = self._search(problem, fleet, active, rng)
+        return _robot_plans(problem, fleet, found), rounds
+
+    @abstractmethod
     def _search(
-        self, world: World, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
+        self, problem: PlanningProblem, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
     ) -> Tuple[Dict[int, Found], int]:
         """What was found for each active robot, and the rounds it took."""
-
-
-def _faulty_plans(request: PlanRequest) -> Dict[str, RobotPlan]:
-    plans = {}
-    for robot in request.robots:
-        goal = request.assignments.get(robot.name)
-        if goal is not None:
-            fault = check.robot_fault(robot, request) or check.start_collision(robot, request)
-            fault = fault or check.goal_fault(robot, request)
-            if fault is not None:
-                plans[robot.name] = RobotPlan(robot.name, goal, fault[0], fault[1])
-    return plans
 
 
 def goal_poses(fleet: Fleet, i: int) -> List[Pose]:
@@ -108,17 +112,17 @@ def _can_stand_at_goal(fleet: Fleet, i: int) -> bool:
     return fleet.satisfied(i, fleet.starts[i]) or bool(goal_poses(fleet, i))
 
 
-def _robot_plans(world: World, fleet: Fleet, found: Dict[int, Found]) -> Dict[str, RobotPlan]:
+def _robot_plans(problem: PlanningProblem, fleet: Fleet, found: Dict[int, Found]) -> Dict[str, RobotPlan]:
     steps = _choose_steps(fleet, found)
     plans: Dict[str, RobotPlan] = {}
     for i, result in found.items():
-        name = world.robots[i].name
+        name = problem.robots[i].name
         headings = fleet.spaces[i].headings
         path = result.path or (fleet.starts[i],)
         waypoints = tuple(Waypoint((x, y), headings[h]) for x, y, h in path)
         step = waypoints[1] if i in steps else None
         length = sum(math.dist(a[:2], b[:2]) for a, b in zip(path, path[1:]))
-        goal = world.request.assignments[name]
+        goal = problem.request.assignments[name]
         plans[name] = RobotPlan(name, goal, result.status, result.reason, waypoints, step, length, result.ms)
     return plans
 
@@ -126,7 +130,7 @@ def _robot_plans(world: World, fleet: Fleet, found: Dict[int, Found]) -> Dict[st
 def _choose_steps(fleet: Fleet, found: Dict[int, Found]) -> List[int]:
     """Robots that may make their path's first move now."""
     chosen: List[int] = []
-    grown: List[Layers] = []
+    inflated: List[CellSet] = []
     for i, result in found.items():
         if result.path is None or len(result.path) < 2:
             continue
@@ -134,10 +138,10 @@ def _choose_steps(fleet: Fleet, found: Dict[int, Found]) -> List[int]:
         if not fleet.view(i, fleet.starts).move(start, end):
             continue
         swept = fleet.spaces[i].swept(start, end)
-        if any(overlap(swept, other) for other in grown):
+        if any(overlap(swept, other) for other in inflated):
             continue
         chosen.append(i)
-        grown.append(dilated(swept, fleet.spaces[i].layout.stride))
+        inflated.append(dilated(swept, fleet.spaces[i].layout.stride))
     return chosen
 
 

@@ -14,23 +14,23 @@ from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
-from yarm.planning.baseline import BaselinePlanner, Found, straightened
-from yarm.planning.cost_queue import CostQueue
-from yarm.planning.cspace import Pose, View
-from yarm.planning.fleet import Fleet
-from yarm.planning.search import Path, Target, merged
-from yarm.planning.types import PlanStatus
-from yarm.planning.world import World, why_not
+from yarm.planning.baselines.baseline import Found, OneByOnePlanner, straightened
+from yarm.planning.cspace.robot_space import Pose, View
+from yarm.planning.fleet.fleet import Fleet
+from yarm.planning.fleet.problem import PlanningProblem, explain_failure
+from yarm.planning.model.types import PlanStatus
+from yarm.planning.roadmap.cost_queue import CostQueue
+from yarm.planning.roadmap.search import Path, Target, merged
 
 NEIGHBOURS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 WAIT_COST = 1.0
 
 
-class MultiAgentAStar(BaselinePlanner):
+class MultiAgentAStar(OneByOnePlanner):
     """See the module."""
 
     def _search(
-        self, world: World, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
+        self, problem: PlanningProblem, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
     ) -> Tuple[Dict[int, Found], int]:
         del rng  # it draws nothing
         agents = {i: _Agent(fleet, i) for i in active}
@@ -44,14 +44,14 @@ class MultiAgentAStar(BaselinePlanner):
                 if agent.is_open:
                     others = [(fleet.spaces[j], poses[j]) for j in range(len(poses)) if j != i]
                     agent.expand(View(fleet.spaces[i], others) if others else agent.alone)
-        return {i: self._found(world, fleet, i, agent) for i, agent in agents.items()}, rounds
+        return {i: self._found(problem, fleet, i, agent) for i, agent in agents.items()}, rounds
 
-    def _found(self, world: World, fleet: Fleet, i: int, agent: _Agent) -> Found:
+    def _found(self, problem: PlanningProblem, fleet: Fleet, i: int, agent: _Agent) -> Found:
         if agent.path is not None:
             return Found(merged(straightened(agent.path)))
-        name = world.robots[i].name
+        name = problem.robots[i].name
         if agent.is_exhausted and not agent.was_hindered:
-            status, reason = why_not(world, fleet, i)
+            status, reason = explain_failure(problem, fleet, i)
             return Found(None, status, reason)
         return Found(None, PlanStatus.TIMEOUT, f"{name} found no way between the other robots in this step")
 

@@ -17,19 +17,30 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from yarm.planning.baseline import BaselinePlanner, Found, goal_poses
-from yarm.planning.cspace import Pose, View
-from yarm.planning.fleet import Fleet
-from yarm.planning.params import PlannerParams
-from yarm.planning.search import Path, merged
-from yarm.planning.types import PlanStatus
-from yarm.planning.world import World
+from yarm.planning.baselines.baseline import Found, OneByOnePlanner, goal_poses
+from yarm.planning.cspace.robot_space import Pose, View
+from yarm.planning.fleet.fleet import Fleet
+from yarm.planning.fleet.problem import PlanningProblem
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import PlanStatus
+from yarm.planning.roadmap.search import Path, merged
 
 ou.setLogLevel(ou.LOG_NONE)
 GOAL_RADIUS_CELLS = 1e-3
 
 
-class OmplPlanner(BaselinePlanner):
+def time_condition(limit_s: float, clock: Optional[Callable[[], float]] = None) -> Any:
+    """What ends a search after some time, s, by a clock; wall time unless given.
+
+    A condition on the solution alone hangs BIT* and PRM* of this wheel; a time does not.
+    """
+    if clock is None:
+        return ob.timedPlannerTerminationCondition(limit_s)
+    deadline_s = clock() + limit_s
+    return ob.PlannerTerminationCondition(lambda: clock() > deadline_s)
+
+
+class OmplPlanner(OneByOnePlanner):
     """What the OMPL planners have in common.
 
     Args:
@@ -60,7 +71,7 @@ class OmplPlanner(BaselinePlanner):
         self._simplify = simplify
 
     def _search(
-        self, world: World, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
+        self, problem: PlanningProblem, fleet: Fleet, active: Sequence[int], rng: np.random.Generator
     ) -> Tuple[Dict[int, Found], int]:
         found: Dict[int, Found] = {}
         for i in active:
@@ -72,7 +83,7 @@ class OmplPlanner(BaselinePlanner):
                 path = self._find(view, fleet.starts[i], goal_poses(fleet, i), int(rng.integers(1, 2**31)))
             ms = 1e3 * (time.perf_counter() - began)
             if path is None:
-                reason = f"{world.robots[i].name} found no way to its goal within {self._time_limit_s:g} s"
+                reason = f"{problem.robots[i].name} found no way to its goal within {self._time_limit_s:g} s"
                 found[i] = Found(None, PlanStatus.TIMEOUT, reason, ms)
             else:
                 found[i] = Found(path, ms=ms)
@@ -97,16 +108,8 @@ class OmplPlanner(BaselinePlanner):
         planner = self._make(problem.si)
         planner.setProblemDefinition(problem.definition)
         planner.setup()
-        # A condition on the solution alone hangs BIT* and PRM* of this wheel; a time does not.
-        condition = ob.timedPlannerTerminationCondition(limit_s)
-        if self._clock is not None:
-            condition = self._condition(self._clock, self._clock() + limit_s)
-        planner.solve(condition)
+        planner.solve(time_condition(limit_s, self._clock))
         return problem.path(self._simplify)
-
-    @staticmethod
-    def _condition(clock: Callable[[], float], deadline_s: float) -> Any:
-        return ob.PlannerTerminationCondition(lambda: clock() > deadline_s)
 
     def _make(self, si: Any) -> Any:
         """The planner, for a space information."""
@@ -116,8 +119,13 @@ class OmplPlanner(BaselinePlanner):
 class RRTConnectPlanner(OmplPlanner):
     """Two trees grown towards each other; fast, far from shortest."""
 
+    range_cells = 10.0
+    """Longest motion added to a tree; OMPL's own choice of about 20 for a grid of 50 x 50 is no quicker."""
+
     def _make(self, si: Any) -> Any:
-        return og.RRTConnect(si)
+        planner = og.RRTConnect(si)
+        planner.setRange(self.range_cells)
+        return planner
 
 
 class PRMStarPlanner(OmplPlanner):
@@ -139,7 +147,7 @@ class BITStarPlanner(OmplPlanner):
 class _Validator(ob.MotionValidator):  # type: ignore[misc]
     """A motion as the robot makes it; the third axis is the heading."""
 
-    def __init__(self, si: Any, view: View, poses: _Poses) -> None:
+    def __init__(self, si: Any, view: View, poses: Poses) -> None:
         super().__init__(si)
         self._view, self._poses = view, poses
 
@@ -149,7 +157,7 @@ class _Validator(ob.MotionValidator):  # type: ignore[misc]
         return self._view.move(self._poses.pose(first), self._poses.pose(second))
 
 
-class _Poses:
+class Poses:
     """States of the space and poses of the robot."""
 
     def __init__(self, view: View) -> None:
@@ -157,14 +165,19 @@ class _Poses:
         self.count = len(view.space.headings)
         quarter = 2.0 * math.pi / max(self.count, 1)
         self.per_heading = max(1.0, quarter / view.space.turns.rad_per_cell) if self.count > 1 else 1.0
+        self.size = (float(self.shape[0]), float(self.shape[1]), self.count * self.per_heading)
+        """Length of the space along its three axes; each begins at 0."""
 
-    def pose(self, state: Any) -> Pose:
-        x = min(max(int(state[0]), 0), self.shape[0] - 1)
-        y = min(max(int(state[1]), 0), self.shape[1] - 1)
-        return x, y, min(max(int(state[2] / self.per_heading), 0), self.count - 1)
+    def pose(self, state: Any, first: int = 0) -> Pose:
+        """Pose of a state whose axes begin at ``first``."""
+        x = min(max(int(state[first]), 0), self.shape[0] - 1)
+        y = min(max(int(state[first + 1]), 0), self.shape[1] - 1)
+        return x, y, min(max(int(state[first + 2] / self.per_heading), 0), self.count - 1)
 
-    def fill(self, state: Any, pose: Pose) -> Any:
-        state[0], state[1], state[2] = pose[0] + 0.5, pose[1] + 0.5, (pose[2] + 0.5) * self.per_heading
+    def fill(self, state: Any, pose: Pose, first: int = 0) -> Any:
+        """Set the axes of a state that begin at ``first``; gives the state."""
+        state[first], state[first + 1] = pose[0] + 0.5, pose[1] + 0.5
+        state[first + 2] = (pose[2] + 0.5) * self.per_heading
         return state
 
 
@@ -173,9 +186,9 @@ class _Problem:
 
     def __init__(self, view: View, start: Pose, goals: Sequence[Pose], improve: bool) -> None:
         self._view, self._start, self._goals = view, start, goals
-        self._poses = poses = _Poses(view)
+        self._poses = poses = Poses(view)
         bounds = ob.RealVectorBounds(3)
-        for axis, high in enumerate((float(poses.shape[0]), float(poses.shape[1]), poses.count * poses.per_heading)):
+        for axis, high in enumerate(poses.size):
             bounds.setLow(axis, 0.0)
             bounds.setHigh(axis, high)
         space = ob.RealVectorStateSpace(3)

@@ -2,7 +2,14 @@
 
 Faithful in what shows: particles drawn independently; turns sampled every 10 degrees and translations at whole cells,
 by cell centres; a margin around what stands in the map, none between robots; touching costs, it does not forbid; the
-queue counts waypoints, not distance; a remembered path is followed without being checked against the new map.
+queue counts waypoints, not distance.
+
+Dynamic re-planning, as published. The remembered path stands as it was planned: waypoints that were reached are not
+taken off it, and it is never checked again. It is measured from where the robot is. A new path that is shorter is taken
+if its first step was found free; if not, the robot stays where it is and goes on remembering the old one. Else the
+remembered path is taken if its first step was free when it was planned, and failing that the new one. When the
+remembered path is taken and its first waypoint is near (the robot stands on it, as a rule), that waypoint is dropped
+for good and the robot goes to the next one, whatever is on the way.
 """
 
 from __future__ import annotations
@@ -18,20 +25,26 @@ from scipy import ndimage
 
 from yarm.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from yarm.params import build
-from yarm.planning import request_check as check
-from yarm.planning.cost_queue import CostQueue
-from yarm.planning.graph import Neighbours, delaunay_edges, neighbours_of
-from yarm.planning.params import PlannerParams
-from yarm.planning.particles import random_particles
-from yarm.planning.types import Column, FleetPlan, Goal, PlanRequest, PlanStatus, Robot, RobotPlan, Waypoint
+from yarm.planning.model import request_check as check
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import (
+    Column,
+    FleetPlan,
+    GivenGraph,
+    Goal,
+    PlanRequest,
+    PlanStatus,
+    Robot,
+    RobotPlan,
+    Waypoint,
+)
+from yarm.planning.roadmap.cost_queue import CostQueue
+from yarm.planning.roadmap.graph import Neighbours, delaunay_edges, neighbours_of
+from yarm.planning.roadmap.particles import random_particles
 
 TURN_STEP_DEG = 10.0
-MARGIN_CELLS = 2
-"""What is kept from everything in the robot-less map, in all 26 directions, but where a robot already stands. The
-publication gives no number; of 0, 1 and 2 this is the one that shows its waypoint counts and its rates of touching
-(docs/experiments.md)."""
 NEAR_CELLS = 3.0
-"""A first waypoint this near is left out when another follows."""
+"""A remembered path's first waypoint this near is left out when another follows."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +57,34 @@ class Node:
 
 
 NodeList = Tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Route:
+    """A path as it was planned: its waypoints, and for each whether the way to it was found to touch something."""
+
+    path: Tuple[Waypoint, ...]
+    touches: Tuple[bool, ...]
+
+    @property
+    def blocked(self) -> bool:
+        """Whether its first step touches; one that ends where it begins has none."""
+        return len(self.path) > 1 and self.touches[1]
+
+    @property
+    def length_cells(self) -> float:
+        """Sum of the straight ways."""
+        return sum(math.dist(a.column, b.column) for a, b in zip(self.path, self.path[1:]))
+
+    def seen_from(self, here: Waypoint) -> Route:
+        """The same path from where the robot is in place of where it began."""
+        return Route((here, *self.path[1:]), self.touches)
+
+    def without_near_waypoint(self) -> Route:
+        """Without its first waypoint when that is near and another follows; the new way is not checked."""
+        if len(self.path) > 2 and math.dist(self.path[0].column, self.path[1].column) <= NEAR_CELLS:
+            return Route((self.path[0], *self.path[2:]), (self.touches[0], *self.touches[2:]))
+        return self
 
 
 @dataclass
@@ -74,7 +115,7 @@ class OriginalPlanner:
             ParamError: a parameter is out of range.
         """
         self.params = build(PlannerParams, dataclasses.asdict(params or PlannerParams()))
-        self._kept: Dict[str, Tuple[str, Tuple[Waypoint, ...], Tuple[bool, ...]]] = {}
+        self._kept: Dict[str, Tuple[str, Route]] = {}
 
     def reset(self) -> None:
         """Forget the previous plan."""
@@ -90,17 +131,17 @@ class OriginalPlanner:
         searches = self._searches(request, plans)
         particles = self._particles(request, searches, rng)
         edges = delaunay_edges(particles)
-        world = _Map(request, particles, neighbours_of(len(particles), edges), self.params.turns_deg)
+        problem = _Map(request, particles, neighbours_of(len(particles), edges), self.params)
         rounds = 0
         while rounds < self.params.iteration_limit and any(search.open for search in searches):
-            world.round(searches)
+            problem.round(searches)
             rounds += 1
         for search in searches:
             plans[search.robot.name] = self._decide(search, request, rounds)
         elapsed = 1e3 * (time.perf_counter() - began)
         plans = {n: dataclasses.replace(p, planning_ms=elapsed / len(plans)) for n, p in plans.items()}
         status, reason = check.worst(plans)
-        return FleetPlan(status, reason, plans, rounds, elapsed, particles, edges)
+        return FleetPlan(status, reason, plans, rounds, elapsed, GivenGraph(particles, edges))
 
     def _searches(self, request: PlanRequest, faulty: Dict[str, RobotPlan]) -> List[_Search]:
         searches = []
@@ -125,52 +166,56 @@ class OriginalPlanner:
         return distinct
 
     def _decide(self, search: _Search, request: PlanRequest, rounds: int) -> RobotPlan:
-        """Dynamic re-planning: the shorter of the new and the remembered path whose next step was found free."""
+        """Dynamic re-planning: the new path, the remembered one, or none (see the module)."""
         robot, goal = search.robot, search.goal
-        found = None
+        new = None
         if search.finished:
             path = tuple(Waypoint(node.column, wrap_angle(robot.yaw_rad + node.turn_rad)) for node in search.best)
-            found = (path, tuple(node.touches for node in search.best))
-        candidates = [entry for entry in (self._remembered(robot, goal), found) if entry is not None]
-        candidates.sort(key=lambda entry: _length(entry[0]))
-        chosen = next((entry for entry in candidates if len(entry[0]) < 2 or not entry[1][1]), None)
+            new = Route(path, tuple(node.touches for node in search.best))
+        old = self._remembered(robot, goal)
+        chosen = _choose(new, old)
         if chosen is None:
-            self._kept.pop(robot.name, None)
             reason = f"{robot.name} found no list of waypoints to {goal.name} in {rounds} rounds"
-            if candidates:
-                reason = f"{robot.name} stays: the next step of every path to {goal.name} touches something"
+            if new is not None or old is not None:
+                reason = f"{robot.name} stays: the next step of its path to {goal.name} touches something"
             return RobotPlan(robot.name, goal.name, PlanStatus.TIMEOUT, reason)
-        path, touches = _without_near_waypoint(*chosen)
-        self._kept[robot.name] = (goal.name, path, touches)
-        step = path[1] if len(path) > 1 else None
-        return RobotPlan(robot.name, goal.name, PlanStatus.SOLVED, "", path, step, _length(path))
+        self._kept[robot.name] = (goal.name, chosen)
+        step = chosen.path[1] if len(chosen.path) > 1 else None
+        return RobotPlan(robot.name, goal.name, PlanStatus.SOLVED, "", chosen.path, step, chosen.length_cells)
 
-    def _remembered(self, robot: Robot, goal: Goal) -> Optional[Tuple[Tuple[Waypoint, ...], Tuple[bool, ...]]]:
-        """What is left of the remembered path, from the robot's present pose."""
-        name, path, touches = self._kept.get(robot.name, ("", (), ()))
-        if name != goal.name or len(path) < 2 or path[-1].column != tuple(goal.column):
+    def _remembered(self, robot: Robot, goal: Goal) -> Optional[Route]:
+        """The remembered path to the goal, from the robot's present pose."""
+        name, route = self._kept.get(robot.name, ("", Route((), ())))
+        if name != goal.name or len(route.path) < 2 or route.path[-1].column != tuple(goal.column):
             return None
-        done = 1 if path[1].column == tuple(robot.column) else 0
-        here = Waypoint((int(robot.column[0]), int(robot.column[1])), robot.yaw_rad)
-        return (here, *path[1 + done :]), (False, *touches[1 + done :])
+        return route.seen_from(Waypoint((int(robot.column[0]), int(robot.column[1])), robot.yaw_rad))
+
+
+def _choose(new: Optional[Route], old: Optional[Route]) -> Optional[Route]:
+    """Which of the two a robot takes; None when it stays."""
+    if new is not None and (old is None or new.length_cells < old.length_cells):
+        return None if new.blocked else new
+    if old is not None and not old.blocked:
+        return old.without_near_waypoint()
+    return new if new is not None and not new.blocked else None
 
 
 class _Map:
     """The map of a round, and what moving on it costs."""
 
     def __init__(
-        self, request: PlanRequest, particles: IntArray, neighbours: Neighbours, turns_deg: Sequence[float]
+        self, request: PlanRequest, particles: IntArray, neighbours: Neighbours, params: PlannerParams
     ) -> None:
         usable = [robot for robot in request.robots if check.robot_fault(robot, request) is None]
         assigned = [robot for robot in usable if robot.name in request.assignments]
-        self._fixed = _with_margin(request, assigned)
+        self._fixed = _with_margin(request, assigned, params.original_margin_cells)
         self._shape = np.asarray(request.spec.shape)
         self._touch_cost = float(request.spec.n_cells)
         self._ratio = request.spec.resolution[1] / request.spec.resolution[0]
         self._columns = [(int(x), int(y)) for x, y in particles]
         self._index = {column: i for i, column in enumerate(self._columns)}
         self._neighbours = neighbours
-        self._turns = [math.radians(angle) for angle in dict.fromkeys((0.0, *turns_deg))]
+        self._turns = [math.radians(angle) for angle in dict.fromkeys((0.0, *params.turns_deg))]
         self._shapes: Dict[Tuple[str, int], IntArray] = {}
 
     def round(self, searches: Sequence[_Search]) -> None:
@@ -245,26 +290,15 @@ class _Map:
         grid[inside[:, 0], inside[:, 1], inside[:, 2]] = True
 
 
-def _with_margin(request: PlanRequest, robots: Sequence[Robot]) -> BoolArray:
+def _with_margin(request: PlanRequest, robots: Sequence[Robot], margin_cells: int) -> BoolArray:
     """The robot-less map with its margin; where the robots stand the margin does not count, so that they can leave."""
     standing = check.robotless_grid(request, robots)
+    if not margin_cells:
+        return standing
     every_neighbour = np.ones((3, 3, 3), dtype=np.bool_)
-    grown: BoolArray = ndimage.binary_dilation(standing, every_neighbour, iterations=MARGIN_CELLS)
+    inflated: BoolArray = ndimage.binary_dilation(standing, every_neighbour, iterations=margin_cells)
     for robot in robots:
         cells = robot.cells[request.spec.contains(robot.cells)]
-        grown[cells[:, 0], cells[:, 1], cells[:, 2]] = False
-    grown |= standing
-    return grown
-
-
-def _length(path: Sequence[Waypoint]) -> float:
-    return sum(math.dist(a.column, b.column) for a, b in zip(path, path[1:]))
-
-
-def _without_near_waypoint(
-    path: Tuple[Waypoint, ...], touches: Tuple[bool, ...]
-) -> Tuple[Tuple[Waypoint, ...], Tuple[bool, ...]]:
-    """The path without its first waypoint when that is near and another follows; the new way is not checked."""
-    if len(path) > 2 and math.dist(path[0].column, path[1].column) <= NEAR_CELLS:
-        return (path[0], *path[2:]), (touches[0], *touches[2:])
-    return path, touches
+        inflated[cells[:, 0], cells[:, 1], cells[:, 2]] = False
+    inflated |= standing
+    return inflated

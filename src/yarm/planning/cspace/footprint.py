@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Callable, Dict, List, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 
 from yarm.geometry import FloatArray, IntArray, Mask
-from yarm.planning.bitboard import Board, Layers, Layout, band_rows, bits_of, dilated, shifted, smear
+from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, Layout, band_rows, bits_of, dilated, shifted, smear
 
-Group = Tuple[int, Board]
+Group = Tuple[int, ColumnSet]
 """Bits of the heights occupied, and the relative columns occupied at exactly these heights, around column (0, 0)."""
+
+Turn = Tuple[float, float, float, float]
+"""First angle and angle turned from there, rad; size of a cell along x and y, m."""
 
 ARC_CELLS = 0.1
 """Largest way of a shape's outermost point between two sampled angles of a turn, cells."""
@@ -25,7 +28,7 @@ class Shape:
     """Cells of a robot relative to its end effector's column, grouped by equal columns.
 
     Attributes:
-        layout: the boards' layout; its border is wider than the shape.
+        layout: the sets of columns' layout; its border is wider than the shape.
         groups: the columns, grouped by the heights they occupy; a column may be in several groups.
     """
 
@@ -40,41 +43,47 @@ class Shape:
         keys, owner = np.unique(cells[:, 0] * 2**20 + cells[:, 1] + 2**19, return_inverse=True)
         bits = np.zeros(len(keys), dtype=np.int64)
         np.bitwise_or.at(bits, owner, np.left_shift(np.int64(1), cells[:, 2]))
-        groups: Dict[int, Board] = {}
+        groups: Dict[int, ColumnSet] = {}
         for key, value in zip(keys.tolist(), bits.tolist()):
             column = 1 << layout.bit(key >> 20, (key & (2**20 - 1)) - 2**19)
             groups[value] = groups.get(value, 0) | column
         return Shape(layout, tuple(sorted(groups.items())))
 
     @cached_property
-    def board(self) -> Board:
+    def column_set(self) -> ColumnSet:
         """Every relative column occupied at some height."""
-        board = 0
+        column_set = 0
         for _, columns in self.groups:
-            board |= columns
-        return board
+            column_set |= columns
+        return column_set
 
     @cached_property
     def bounds(self) -> Tuple[int, int, int, int]:
         """Least and greatest relative x, least and greatest relative y."""
-        columns = columns_of(self.board or 1 << self.layout.bit(0, 0), self.layout)
+        columns = columns_of(self.column_set or 1 << self.layout.bit(0, 0), self.layout)
         xs, ys = [x for x, _ in columns], [y for _, y in columns]
         return min(xs), max(xs), min(ys), max(ys)
 
     @cached_property
-    def layers(self) -> Layers:
-        """The cells with the end effector in column (0, 0)."""
-        layers = [0] * self.layout.shape[2]
-        for bits, columns in self.groups:
-            for z in range(len(layers)):
-                if bits >> z & 1:
-                    layers[z] |= columns
-        return tuple(layers)
+    def reach(self) -> float:
+        """Distance, cells, of the outermost column's centre at most."""
+        x0, x1, y0, y1 = self.bounds
+        return math.hypot(max(-x0, x1), max(-y0, y1))
 
     @cached_property
-    def grown(self) -> Layers:
+    def cell_set(self) -> CellSet:
+        """The cells with the end effector in column (0, 0)."""
+        cell_set = [0] * self.layout.shape[2]
+        for bits, columns in self.groups:
+            for z in range(len(cell_set)):
+                if bits >> z & 1:
+                    cell_set[z] |= columns
+        return tuple(cell_set)
+
+    @cached_property
+    def inflated(self) -> CellSet:
         """The cells with a margin of one cell."""
-        return dilated(self.layers, self.layout.stride)
+        return dilated(self.cell_set, self.layout.stride)
 
     @cached_property
     def _rows(self) -> Tuple[Tuple[int, Tuple[Tuple[int, int], ...]], ...]:
@@ -94,46 +103,48 @@ class Shape:
             result.append((bits, tuple(runs)))
         return tuple(result)
 
-    def at(self, column: Tuple[int, int]) -> Layers:
+    def at(self, column: Tuple[int, int]) -> CellSet:
         """The cells with the end effector in a column."""
         offset = column[0] * self.layout.stride + column[1]
-        return tuple(shifted(layer, offset) for layer in self.layers)
+        return tuple(shifted(layer, offset) for layer in self.cell_set)
 
-    def swept(self, start: Tuple[int, int], end: Tuple[int, int]) -> Layers:
+    def swept(self, start: Tuple[int, int], end: Tuple[int, int]) -> CellSet:
         """The cells swept when the end effector goes straight from one column's centre to another's."""
         stride = self.layout.stride
         rows = band_rows(end[0] - start[0], end[1] - start[1])
         base = min(start[0], end[0]) * stride + min(start[1], end[1])
-        swept: Dict[Board, Board] = {0: 0}
-        for layer in set(self.layers) - {0}:
-            runs: Dict[int, Board] = {}
-            board = 0
+        swept: Dict[ColumnSet, ColumnSet] = {0: 0}
+        for layer in set(self.cell_set) - {0}:
+            runs: Dict[int, ColumnSet] = {}
+            column_set = 0
             for i, j0, j1 in rows:
                 length = j1 - j0 + 1
                 if length not in runs:
                     runs[length] = smear(layer, length)
-                board |= runs[length] << (i * stride + j0)
-            swept[layer] = shifted(board, base)
-        return tuple(swept[layer] for layer in self.layers)
+                column_set |= runs[length] << (i * stride + j0)
+            swept[layer] = shifted(column_set, base)
+        return tuple(swept[layer] for layer in self.cell_set)
 
-    def blocked_by(self, occupied: Layers) -> Board:
-        """Columns of the end effector at which the shape overlaps occupied cells (a configuration-space obstacle).
+    def blocked_by(self, occupied: CellSet) -> ColumnSet:
+        """Columns of the end effector at which the shape overlaps occupied cells: a configuration-space obstacle.
+
+        T. Lozano-Perez, "Spatial planning: a configuration space approach", IEEE Transactions on Computers 32, 1983.
 
         True only for columns from which the shape lies within the layout's border; that is every column of the grid.
         """
         blocked = 0
         for bits, runs in self._rows:
-            board, z, rest = 0, 0, bits
+            column_set, z, rest = 0, 0, bits
             while rest:
                 if rest & 1:
-                    board |= occupied[z]
+                    column_set |= occupied[z]
                 z, rest = z + 1, rest >> 1
-            if board:
-                smeared: Dict[int, Board] = {}
+            if column_set:
+                smeared: Dict[int, ColumnSet] = {}
                 for offset, length in runs:
                     if length not in smeared:
-                        smeared[length] = smear_down(board, length)
-                    blocked |= shifted(smeared[length], -offset)
+                        smeared[length] = smear_down(column_set, length)
+                    blocked |= smeared[length] >> offset if offset >= 0 else smeared[length] << -offset
         return blocked
 
     def turned(self, start_rad: float, angle_rad: float, resolution: FloatArray) -> Shape:
@@ -147,43 +158,49 @@ class Shape:
             resolution: size of a cell, m.
         """
         quarter = round(start_rad / _RIGHT_ANGLE)
-        square = bool(resolution[0] == resolution[1])
-        if square and abs(start_rad - quarter * _RIGHT_ANGLE) < 1e-6:
-            start_rad = 0.0
-        else:
-            quarter = 0
-        key = (start_rad, angle_rad, float(resolution[0]), float(resolution[1]))
+        if resolution[0] != resolution[1] or abs(start_rad - quarter * _RIGHT_ANGLE) >= 1e-6:
+            return self._covered((start_rad, angle_rad, float(resolution[0]), float(resolution[1])))
+        if angle_rad not in self._from_here:
+            self._from_here[angle_rad] = self._covered((0.0, angle_rad, float(resolution[0]), float(resolution[1])))
+        return self._from_here[angle_rad].turned_by_quarters(quarter % 4)
+
+    def turned_by_quarters(self, quarters: int) -> Shape:
+        """The shape turned about the end effector by right angles, counter-clockwise; cells are squares."""
+        if quarters == 0:
+            return self
+        layout = self.layout
+        turned = [layout.set_of_window(np.rot90(layout.window_of_set(columns), quarters)) for _, columns in self.groups]
+        return Shape(layout, tuple((bits, columns) for (bits, _), columns in zip(self.groups, turned)))
+
+    @cached_property
+    def _from_here(self) -> Dict[float, Shape]:
+        """What the shape covers while it turns from its present heading by some angles."""
+        return {}
+
+    def _covered(self, turn: Turn) -> Shape:
         groups = []
         for bits, columns in self.groups:
             covered = 0
             for x, y in columns_of(columns, self.layout):
-                covered |= _turned_column(*_QUARTERS[quarter % 4](x, y), key, self.layout)
+                covered |= _turned_column(x, y, turn, self.layout)
             groups.append((bits, covered))
         return Shape(self.layout, tuple(groups))
 
 
-_QUARTERS: Tuple[Callable[[int, int], Tuple[int, int]], ...] = (
-    lambda x, y: (x, y),
-    lambda x, y: (-y, x),
-    lambda x, y: (-x, -y),
-    lambda x, y: (y, -x),
-)
-
-
-def columns_of(board: Board, layout: Layout) -> List[Tuple[int, int]]:
-    """Columns (x, y) of a board, in order, those on its border too."""
+def columns_of(column_set: ColumnSet, layout: Layout) -> List[Tuple[int, int]]:
+    """Columns (x, y) of a set of columns, in order, those on its border too."""
     stride, border = layout.stride, layout.border
-    return [(bit // stride - border, bit % stride - border) for bit in bits_of(board)]
+    return [(bit // stride - border, bit % stride - border) for bit in bits_of(column_set)]
 
 
-def smear_down(board: Board, length: int) -> Board:
-    """Union of the board shifted down by 0, 1, ... length - 1 bits."""
+def smear_down(column_set: ColumnSet, length: int) -> ColumnSet:
+    """Union of the set shifted down by 0, 1, ... length - 1 bits."""
     done = 1
     while done < length:
         step = min(done, length - done)
-        board |= board >> step
+        column_set |= column_set >> step
         done += step
-    return board
+    return column_set
 
 
 def border_for(masks: Sequence[Mask]) -> int:
@@ -196,14 +213,14 @@ def border_for(masks: Sequence[Mask]) -> int:
 
 
 @lru_cache(maxsize=32768)
-def _turned_column(x: int, y: int, turn: Tuple[float, float, float, float], layout: Layout) -> Board:
+def _turned_column(x: int, y: int, turn: Turn, layout: Layout) -> ColumnSet:
     """Columns overlapped by one column turned about the origin.
 
     Args:
         x: the column's x before the turn.
         y: the column's y before the turn.
-        turn: first angle and angle turned from there, rad; size of a cell along x and y, m.
-        layout: of the board.
+        turn: see ``Turn``.
+        layout: of the sets.
 
     Between two sampled angles a point is at most ``between`` further out than at the nearer one, so what is touched
     between two samples is found too.
@@ -217,18 +234,18 @@ def _turned_column(x: int, y: int, turn: Tuple[float, float, float, float], layo
     between = reach * (angle / max(count, 1) / 2.0) ** 2 / 2.0
     wider = np.full(count + 1, between)
     wider[[0, -1]] = -1e-6
-    return layout.board_of_columns(_overlapped((x * size[0], y * size[1]), angles, wider, size))
+    return layout.set_of_columns(_overlapped((x * size[0], y * size[1]), angles, wider, size))
 
 
-def _overlapped(center: Tuple[float, float], angles: FloatArray, wider: FloatArray, size: Sequence[float]) -> IntArray:
-    """Columns (k, 2), some repeated, overlapped by a cell at ``center`` turned about the origin by the angles (a,).
+def _overlapped(centre: Tuple[float, float], angles: FloatArray, wider: FloatArray, size: Sequence[float]) -> IntArray:
+    """Columns (k, 2), some repeated, overlapped by a cell at ``centre`` turned about the origin by the angles (a,).
 
-    Two rectangles overlap when their shadows do on each of their four sides' directions; ``wider`` (a,), m, is added to
-    the shadows.
+    Two rectangles overlap when their shadows do on each of their four sides' directions (separating axes: S.
+    Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996); ``wider`` (a,), m, is added to the shadows.
     """
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     c, s = np.abs(cos), np.abs(sin)
-    x, y = cos * center[0] - sin * center[1], sin * center[0] + cos * center[1]
+    x, y = cos * centre[0] - sin * centre[1], sin * centre[0] + cos * centre[1]
     ix = np.rint(x / size[0]).astype(np.int64) + np.repeat(np.arange(-1, 2), 3)
     iy = np.rint(y / size[1]).astype(np.int64) + np.tile(np.arange(-1, 2), 3)
     dx, dy = ix * size[0] - x, iy * size[1] - y

@@ -1,4 +1,4 @@
-"""Configuration space of a fleet: where each end effector may stand, turn and go, as boards (docs/planning.md).
+"""Configuration space of a fleet: where each end effector may stand, turn and go, as columns (docs/planning.md).
 
 A *pose* is (x, y, h): a column of the grid and an index into the robot's headings. All tables are made when first
 asked for and kept for the planning step; what depends on shapes alone is kept by ``ShapeCache`` for the next steps.
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Callable, Dict, Optional, Sequence, Tuple, TypeVar
 
 from yarm.geometry import FloatArray, Mask, wrap_angle
-from yarm.planning.bitboard import (
-    Board,
-    Layers,
+from yarm.planning.cspace.cell_sets import (
+    CellSet,
+    ColumnSet,
     Layout,
     band,
     difference,
@@ -24,7 +24,7 @@ from yarm.planning.bitboard import (
     shifted,
     union,
 )
-from yarm.planning.footprint import Shape
+from yarm.planning.cspace.footprint import Shape
 
 T = TypeVar("T")
 Pose = Tuple[int, int, int]
@@ -83,6 +83,11 @@ def headings_from(yaw_rad: float, turns: Turns, wanted_rad: Optional[float], lim
     return tuple(headings)
 
 
+def shape_of(mask: Mask, layout: Layout, cache: ShapeCache) -> Shape:
+    """Shape of a mask, kept."""
+    return cache.get(("mask", mask.cells.tobytes(), layout), lambda: Shape.of_mask(mask, layout))
+
+
 class RobotSpace:
     """Configuration space of one robot among things that do not move."""
 
@@ -92,7 +97,7 @@ class RobotSpace:
         start: Pose,
         headings: Tuple[float, ...],
         turns: Turns,
-        obstacles: Layers,
+        obstacles: CellSet,
         layout: Layout,
         resolution: FloatArray,
         cache: ShapeCache,
@@ -106,7 +111,7 @@ class RobotSpace:
             headings: see ``headings_from``.
             turns: allowed turns.
             obstacles: cells it must not overlap, the margin already added (see ``with_margin``).
-            layout: the boards' layout.
+            layout: the sets of columns' layout.
             resolution: size of a cell, m.
             cache: kept shapes.
             wanted: index of a heading that may be reached by any turn; None for none.
@@ -120,9 +125,9 @@ class RobotSpace:
         self._resolution = resolution
         self._cache = cache
         self._key = (mask.cells.tobytes(), layout)
-        self.shape0: Shape = cache.get((self._key, "mask"), lambda: Shape.of_mask(mask, layout))
-        self._blocked: Dict[int, Board] = {}
-        self._turn_blocked: Dict[Tuple[int, int], Board] = {}
+        self.shape0: Shape = shape_of(mask, layout, cache)
+        self._blocked: Dict[int, ColumnSet] = {}
+        self._turn_blocked: Dict[Tuple[int, int], ColumnSet] = {}
         self._turn_angles: Dict[Tuple[int, int], Optional[float]] = {}
 
     def shape(self, h: int) -> Shape:
@@ -152,14 +157,14 @@ class RobotSpace:
             self._turn_angles[h, k] = angle if h != k and (allowed or free_choice) else None
         return self._turn_angles[h, k]
 
-    def blocked(self, h: int) -> Board:
+    def blocked(self, h: int) -> ColumnSet:
         """Columns where the robot cannot stand at a heading: something within the margin, or out of the volume."""
         if h not in self._blocked:
             shape = self.shape(h)
             self._blocked[h] = shape.blocked_by(self.obstacles) | ~self._inside(shape, h == 0) & self.layout.field
         return self._blocked[h]
 
-    def turn_blocked(self, h: int, k: int) -> Board:
+    def turn_blocked(self, h: int, k: int) -> ColumnSet:
         """Columns where the robot cannot turn from one heading to another."""
         if (h, k) not in self._turn_blocked:
             shape = self.turn_shape(h, k)
@@ -167,7 +172,7 @@ class RobotSpace:
             self._turn_blocked[h, k] = blocked | self.blocked(h) | self.blocked(k)
         return self._turn_blocked[h, k]
 
-    def _inside(self, shape: Shape, as_at_start: bool) -> Board:
+    def _inside(self, shape: Shape, as_at_start: bool) -> ColumnSet:
         """Columns from which the shape lies in the volume, or no further outside than it does at the start."""
         gx, gy, _ = self.layout.shape
         x0, x1, y0, y1 = shape.bounds
@@ -179,11 +184,11 @@ class RobotSpace:
         return self.layout.rectangle(max(low_x, 0), min(high_x, gx - 1), max(low_y, 0), min(high_y, gy - 1))
 
     @property
-    def inside(self) -> Board:
+    def inside(self) -> ColumnSet:
         """Columns from which the robot at its present heading lies fully in the volume."""
         return self._inside(self.shape0, False)
 
-    def swept(self, a: Pose, b: Pose) -> Layers:
+    def swept(self, a: Pose, b: Pose) -> CellSet:
         """Cells swept by a move: the turn at the first pose, then the straight way at the second one's heading."""
         cells = self.shape(b[2]).swept(a[:2], b[:2])
         if a[2] != b[2]:
@@ -197,10 +202,10 @@ class RobotSpace:
             cost += abs(wrap_angle(self.headings[b[2]] - self.headings[a[2]])) / self.turns.rad_per_cell
         return cost
 
-    def pair_table(self, h: int, turn: Optional[int], other: RobotSpace, other_h: int) -> Board:
+    def pair_table(self, h: int, turn: Optional[int], other: RobotSpace, other_h: int) -> ColumnSet:
         """Where this robot cannot stand at a heading (or turn from it) with another one at the layout's corner pose.
 
-        The other's end effector is at column (border, border); shift the board to move it (see ``near``).
+        The other's end effector is at column (border, border); shift the set of columns to move it (see ``near``).
         """
         theirs = other.shape(other_h)
         border, stride = self.layout.border, self.layout.stride
@@ -213,9 +218,9 @@ class RobotSpace:
             other._relative(other_h),
         )
 
-        def make() -> Board:
+        def make() -> ColumnSet:
             mine = self.shape(h) if turn is None else self.turn_shape(h, turn)
-            return mine.blocked_by(tuple(shifted(layer, border * stride + border) for layer in theirs.grown))
+            return mine.blocked_by(tuple(shifted(layer, border * stride + border) for layer in theirs.inflated))
 
         return self._cache.get((key, turn is None), make)
 
@@ -227,7 +232,7 @@ class View:
     """One robot's space with other robots standing in it: what a search looks at."""
 
     def __init__(
-        self, space: RobotSpace, others: Sequence[Tuple[RobotSpace, Pose]], near: Sequence[Layers] = ()
+        self, space: RobotSpace, others: Sequence[Tuple[RobotSpace, Pose]], near: Sequence[CellSet] = ()
     ) -> None:
         """The space of a robot.
 
@@ -240,31 +245,31 @@ class View:
         self._border, self._stride = space.layout.border, space.layout.stride
         self._others = others
         self._near = near
-        self._blocked: Dict[int, Board] = {}
-        self._turn_blocked: Dict[Tuple[int, int], Board] = {}
+        self._blocked: Dict[int, ColumnSet] = {}
+        self._turn_blocked: Dict[Tuple[int, int], ColumnSet] = {}
 
-    def blocked(self, h: int) -> Board:
+    def blocked(self, h: int) -> ColumnSet:
         """Columns where the robot cannot stand."""
         if h not in self._blocked:
             self._blocked[h] = self.space.blocked(h) | self._by_others(h, None)
         return self._blocked[h]
 
-    def turn_blocked(self, h: int, k: int) -> Board:
+    def turn_blocked(self, h: int, k: int) -> ColumnSet:
         """Columns where the robot cannot turn."""
         if (h, k) not in self._turn_blocked:
             self._turn_blocked[h, k] = self.space.turn_blocked(h, k) | self._by_others(h, k)
         return self._turn_blocked[h, k]
 
-    def _by_others(self, h: int, turn: Optional[int]) -> Board:
+    def _by_others(self, h: int, turn: Optional[int]) -> ColumnSet:
         space, border = self.space, self.space.layout.border
-        board = 0
+        column_set = 0
         for other, (x, y, other_h) in self._others:
             table = space.pair_table(h, turn, other, other_h)
-            board |= shifted(table, (x - border) * space.layout.stride + y - border)
-        for layers in self._near:
+            column_set |= shifted(table, (x - border) * space.layout.stride + y - border)
+        for cell_set in self._near:
             shape = space.shape(h) if turn is None else space.turn_shape(h, turn)
-            board |= shape.blocked_by(layers)
-        return board
+            column_set |= shape.blocked_by(cell_set)
+        return column_set
 
     def stands(self, pose: Pose) -> bool:
         """Whether the robot can stand at a pose."""
@@ -296,16 +301,16 @@ class View:
         return self.turns(a[0], a[1], a[2], b[2]) and self.line(a[0], a[1], b[0], b[1], b[2])
 
 
-def with_margin(occupied: Layers, present: Layers, stride: int) -> Layers:
+def with_margin(occupied: CellSet, present: CellSet, stride: int) -> CellSet:
     """Obstacles with a margin of one cell, for a robot whose present cells are given.
 
     Its own cells are no obstacle. What is within the margin already at the start keeps no margin, so that the robot is
     not locked in for ever; it is still an obstacle.
     """
     others = difference(occupied, present)
-    grown = dilated(others, stride)
-    if not overlap(grown, present):
-        return grown
+    inflated = dilated(others, stride)
+    if not overlap(inflated, present):
+        return inflated
     close = intersection(others, dilated(present, stride))
     return union(dilated(difference(others, close), stride), close)
 
@@ -319,15 +324,15 @@ def poses_touch(one: RobotSpace, a: Pose, other: RobotSpace, b: Pose) -> bool:
     """Whether two robots standing at two poses overlap or come within the margin of each other."""
     layout = one.layout
     table = one.pair_table(a[2], None, other, b[2])
-    board = shifted(table, (b[0] - layout.border) * layout.stride + b[1] - layout.border)
-    return bool(board >> layout.bit(a[0], a[1]) & 1)
+    column_set = shifted(table, (b[0] - layout.border) * layout.stride + b[1] - layout.border)
+    return bool(column_set >> layout.bit(a[0], a[1]) & 1)
 
 
-def present_layers(space: RobotSpace) -> Layers:
+def present_set(space: RobotSpace) -> CellSet:
     """Cells of a robot at its start."""
     return space.shape0.at(space.start[:2])
 
 
-def margin_around(space: RobotSpace, other: RobotSpace) -> Layers:
+def margin_around(space: RobotSpace, other: RobotSpace) -> CellSet:
     """A robot that stands at its start as an obstacle for another one that may start within its margin."""
-    return with_margin(present_layers(other), present_layers(space), space.layout.stride)
+    return with_margin(present_set(other), present_set(space), space.layout.stride)

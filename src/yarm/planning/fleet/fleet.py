@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Collection, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
-from yarm.planning.bitboard import Layers, union
-from yarm.planning.cspace import Pose, RobotSpace, View, close_pair, margin_around
-from yarm.planning.search import Path, Roadmap, Target, find_path
+from yarm.planning.cspace.cell_sets import CellSet, union
+from yarm.planning.cspace.robot_space import Pose, RobotSpace, View, close_pair, margin_around
+from yarm.planning.roadmap.roadmap import Roadmap
+from yarm.planning.roadmap.search import Path, Target, find_path
 
 Poses = Tuple[Pose, ...]
 
@@ -87,7 +88,7 @@ class Fleet:
         """Sum of the costs of moves, cells."""
         return sum(self.spaces[move.robot].move_cost(move.start, move.end) for move in moves)
 
-    def swept(self, i: int, path: Sequence[Pose]) -> Layers:
+    def swept(self, i: int, path: Sequence[Pose]) -> CellSet:
         """Cells a robot sweeps along a path."""
         cells = self.spaces[i].shape(path[0][2]).at(path[0][:2])
         for a, b in zip(path, path[1:]):

@@ -6,9 +6,9 @@ import math
 from itertools import islice, product
 from typing import Dict, List, Sequence, Tuple
 
-from yarm.planning.cspace import Pose, poses_touch
-from yarm.planning.fleet import Fleet
-from yarm.planning.search import Target, path_cost
+from yarm.planning.cspace.robot_space import Pose, poses_touch
+from yarm.planning.fleet.fleet import Fleet
+from yarm.planning.roadmap.search import Target, path_cost
 
 Targets = Dict[int, Target]
 """Target by robot."""
@@ -17,6 +17,9 @@ MEASURED = 4
 """Combinations whose ways are measured, to try the shortest first."""
 COMBINATIONS = 4096
 """Combinations of headings looked at, at most."""
+
+_BESIDE = 6.0
+"""Cells: more than a margin and what turned cells, rounded outwards, add on both sides."""
 
 
 def target_choices(fleet: Fleet, robots: Sequence[int]) -> List[Targets]:
@@ -31,12 +34,14 @@ def target_choices(fleet: Fleet, robots: Sequence[int]) -> List[Targets]:
         target = fleet.targets[i]
         assert target is not None
         open_targets[i] = target
-    stands = {i: _stands(fleet, i, target) for i, target in open_targets.items()}
-    concerned = [i for i in robots if any(_may_touch(fleet, i, stands[i], j, stands[j]) for j in robots if j != i)]
-    ends = {i: path[-1] for i in robots for path in [fleet.alone(i)] if path is not None}
-    choices = [open_targets] if _apart(fleet, ends) else []
+    close = [(i, j) for i in robots for j in robots if i != j and _is_close(fleet, open_targets, i, j)]
+    stands = {i: _stands(fleet, i, open_targets[i]) for i, _ in close}
+    touching = {i for i, j in close if _may_touch(fleet, i, stands[i], j, stands[j])}
+    concerned = [i for i in robots if i in touching]
     if not concerned:
         return [open_targets]
+    ends = {i: path[-1] for i in robots for path in [fleet.alone(i)] if path is not None}
+    choices = [open_targets] if _apart(fleet, ends) else []
     ranked = sorted(
         islice(product(*(stands[i] for i in concerned)), COMBINATIONS), key=lambda c: _turning(fleet, concerned, c)
     )
@@ -44,6 +49,12 @@ def target_choices(fleet: Fleet, robots: Sequence[int]) -> List[Targets]:
     closed = [{**open_targets, **{i: Target(p[:2], p[2]) for i, p in poses.items()}} for poses in fitting]
     closed[:MEASURED] = sorted(closed[:MEASURED], key=lambda targets: _length(fleet, targets))
     return [*choices, *closed] or [open_targets]
+
+
+def _is_close(fleet: Fleet, targets: Targets, i: int, j: int) -> bool:
+    """Whether two targets are so close that robots on them may touch at some heading."""
+    reach = fleet.spaces[i].shape0.reach + fleet.spaces[j].shape0.reach
+    return math.dist(targets[i].column, targets[j].column) <= reach + _BESIDE
 
 
 def _stands(fleet: Fleet, i: int, target: Target) -> List[Pose]:

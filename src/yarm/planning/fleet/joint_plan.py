@@ -1,12 +1,16 @@
-"""From an order of single moves to what the robots do now, at the same time, without touching."""
+"""From an order of single moves to what the robots do now, at the same time, without touching.
+
+A move waits only for those earlier moves that it touches, as in W. Hoenig, S. Kiesel, A. Tinka, J. W. Durham, N.
+Ayanian, "Persistent and robust execution of MAPF schedules in warehouses", IEEE Robotics and Automation Letters, 2019.
+"""
 
 from __future__ import annotations
 
 from typing import Collection, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from yarm.planning.bitboard import Layers, dilated, overlap
-from yarm.planning.cspace import Pose
-from yarm.planning.fleet import Fleet, Move, Poses
+from yarm.planning.cspace.cell_sets import CellSet, dilated, overlap
+from yarm.planning.cspace.robot_space import Pose
+from yarm.planning.fleet.fleet import Fleet, Move, Poses
 
 
 def valid(fleet: Fleet, moves: Sequence[Move], robots: Iterable[int]) -> bool:
@@ -32,22 +36,22 @@ class StepChoice:
     now are disjoint, and the moves left still follow the order wherever it matters.
     """
 
-    def __init__(self, fleet: Fleet, moves: Sequence[Move], least_cells: int, off_center: Collection[int] = ()) -> None:
+    def __init__(self, fleet: Fleet, moves: Sequence[Move], least_cells: int, off_centre: Collection[int] = ()) -> None:
         """Choose among the moves of a fleet.
 
         Args:
             fleet: spaces.
             moves: joint plan.
             least_cells: a robot that must wait moves up to the conflict when that is as far as this.
-            off_center: robots that do not stand on their column's centre, so that they really move beside the way
+            off_centre: robots that do not stand on their column's centre, so that they really move beside the way
                 planned by less than a cell; two of them moving at once keep one more cell apart.
         """
         self._fleet = fleet
         self.moves = list(moves)
         self._least = least_cells
-        self._off_center = off_center
-        self._swept: Dict[Move, Layers] = {}
-        self._grown: Dict[Move, Layers] = {}
+        self._off_centre = off_centre
+        self._swept: Dict[Move, CellSet] = {}
+        self._grown: Dict[Move, CellSet] = {}
 
     def choose(self) -> Dict[int, Pose]:
         """End of the move each robot makes now; robots not named stay. ``moves`` may have been split for it."""
@@ -97,7 +101,7 @@ class StepChoice:
             self._grown[other] = dilated(swept, self._fleet.spaces[other.robot].layout.stride)
         if overlap(self._swept[one], self._grown[other]):
             return True
-        if one.robot in self._off_center and other.robot in self._off_center:
+        if one.robot in self._off_centre and other.robot in self._off_centre:
             stride = self._fleet.spaces[one.robot].layout.stride
             return overlap(dilated(self._swept[one], stride), self._grown[other])
         return False

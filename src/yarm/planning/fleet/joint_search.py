@@ -1,4 +1,11 @@
-"""A joint plan for the fleet: an order of single moves in which every robot reaches its target."""
+"""A joint plan for the fleet: an order of single moves in which every robot reaches its target.
+
+Robots plan one after the other around those that went before (M. Erdmann, T. Lozano-Perez, "On multiple moving
+objects", Algorithmica 2, 1987), in an order that follows from who stands, or will stand, in whose way (S. J. Buckley,
+"Fast motion planning for multiple moving robots", ICRA 1989); other orders are tried at random when that fails (M.
+Bennewitz, W. Burgard, S. Thrun, "Optimizing schedules for prioritized path planning of multi-robot systems", ICRA
+2001).
+"""
 
 from __future__ import annotations
 
@@ -7,11 +14,11 @@ from typing import Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
-from yarm.planning.cspace import Pose
-from yarm.planning.fleet import Fleet, Move, Progress, free_path
-from yarm.planning.goal_headings import Targets, target_choices
-from yarm.planning.pushing import push_through, stroll
-from yarm.planning.search import Path, Target, find_path, path_cost
+from yarm.planning.cspace.robot_space import Pose
+from yarm.planning.fleet.fleet import Fleet, Move, Progress, free_path
+from yarm.planning.fleet.goal_headings import Targets, target_choices
+from yarm.planning.fleet.pushing import push_through, stroll
+from yarm.planning.roadmap.search import Path, Target, find_path, path_cost
 
 CHOICES = 6
 """Choices of headings on the targets that are tried before chance takes over."""

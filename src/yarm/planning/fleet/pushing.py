@@ -1,4 +1,10 @@
-"""Robots that stand in the way step aside, and push on those that stand in theirs."""
+"""Robots that stand in the way step aside, and push on those that stand in theirs.
+
+The push of R. Luna, K. E. Bekris, "Push and Swap: fast cooperative path-finding with completeness guarantees", IJCAI
+2011. Whoever is pushed has the rank of the one it makes way for and may push anybody below, as in priority inheritance
+(K. Okumura, M. Machida, X. Defago, Y. Tamura, "Priority inheritance with backtracking for iterative multi-agent path
+finding", Artificial Intelligence 310, 2022); here a robot has a whole path to a place that is clear, not one cell.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +12,10 @@ from typing import Dict, FrozenSet, Iterable, List, Optional, Tuple
 
 import numpy as np
 
-from yarm.planning.bitboard import Board, Layers, bits_of, dilated, union
-from yarm.planning.cspace import View
-from yarm.planning.fleet import Fleet, Progress, free_path
-from yarm.planning.search import Path, Target, find_path, flood, merged, shortened, wander
+from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, bits_of, dilated, union
+from yarm.planning.cspace.robot_space import View
+from yarm.planning.fleet.fleet import Fleet, Progress, free_path
+from yarm.planning.roadmap.search import Path, Target, find_path, flood, merged, shortened, wander
 
 
 def push_through(
@@ -55,7 +61,7 @@ def _all_step_aside(
     fleet: Fleet,
     state: Progress,
     robots: Iterable[int],
-    keep_free: Layers,
+    keep_free: CellSet,
     above: FrozenSet[int],
     rng: Optional[np.random.Generator],
 ) -> bool:
@@ -64,7 +70,7 @@ def _all_step_aside(
     )
 
 
-def _stands_clear(fleet: Fleet, state: Progress, j: int, keep_free: Layers) -> bool:
+def _stands_clear(fleet: Fleet, state: Progress, j: int, keep_free: CellSet) -> bool:
     x, y, h = state.poses[j]
     return not any(a & b for a, b in zip(fleet.spaces[j].shape(h).at((x, y)), keep_free))
 
@@ -73,7 +79,7 @@ def _step_aside(
     fleet: Fleet,
     state: Progress,
     j: int,
-    keep_free: Layers,
+    keep_free: CellSet,
     above: FrozenSet[int],
     rng: Optional[np.random.Generator],
 ) -> bool:
@@ -97,16 +103,16 @@ def _step_aside(
 
 
 def _way_clear_of(
-    view: View, start: Tuple[int, int, int], keep_free: Layers, rng: Optional[np.random.Generator]
+    view: View, start: Tuple[int, int, int], keep_free: CellSet, rng: Optional[np.random.Generator]
 ) -> Optional[Path]:
     """Way to the nearest, or a random, pose where the robot overlaps nothing of ``keep_free``."""
     space = view.space
-    boards: Dict[int, Board] = {}
+    column_sets: Dict[int, ColumnSet] = {}
 
-    def clear(h: int) -> Board:
-        if h not in boards:
-            boards[h] = space.layout.field & ~space.shape(h).blocked_by(keep_free)
-        return boards[h]
+    def clear(h: int) -> ColumnSet:
+        if h not in column_sets:
+            column_sets[h] = space.layout.field & ~space.shape(h).blocked_by(keep_free)
+        return column_sets[h]
 
     if rng is None:
         way = flood(view, start, clear)
@@ -116,18 +122,18 @@ def _way_clear_of(
     return None if way is None else shortened(view, merged(way))
 
 
-def _random_pose(reached: Dict[int, Board], rng: np.random.Generator) -> Optional[Tuple[int, int]]:
+def _random_pose(reached: Dict[int, ColumnSet], rng: np.random.Generator) -> Optional[Tuple[int, int]]:
     """Heading and bit of a pose, every pose as likely; None when there is none."""
-    counts: List[int] = [bin(board).count("1") for board in reached.values()]
+    counts: List[int] = [bin(column_set).count("1") for column_set in reached.values()]
     if not sum(counts):
         return None
     index = int(rng.integers(sum(counts)))
-    for (h, board), count in zip(reached.items(), counts):
+    for (h, column_set), count in zip(reached.items(), counts):
         if index < count:
-            return h, bits_of(board)[index]
+            return h, bits_of(column_set)[index]
         index -= count
     return None
 
 
-def _grown_sweep(fleet: Fleet, i: int, path: Path) -> Layers:
+def _grown_sweep(fleet: Fleet, i: int, path: Path) -> CellSet:
     return dilated(fleet.swept(i, path), fleet.spaces[i].layout.stride)

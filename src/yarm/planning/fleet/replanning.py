@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Sequence, Tuple
 
 from yarm.geometry import wrap_angle
-from yarm.planning.cspace import Pose, RobotSpace
-from yarm.planning.fleet import Fleet, Move
-from yarm.planning.types import Column, Waypoint
+from yarm.planning.cspace.robot_space import Pose, RobotSpace
+from yarm.planning.fleet.fleet import Fleet, Move
+from yarm.planning.model.types import Column, Waypoint
 
 SAME_YAW_RAD = math.radians(2.5)
 """Headings this close are taken as the same one, imprecisely reached."""

@@ -10,19 +10,20 @@ from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
+from yarm.geometry import BoolArray, IntArray
 from yarm.params import build
-from yarm.planning import request_check as check
-from yarm.planning.bitboard import Layers
-from yarm.planning.cspace import ShapeCache
-from yarm.planning.fleet import Fleet, Move
-from yarm.planning.joint_plan import StepChoice, path_of, valid
-from yarm.planning.joint_search import JointSearch
-from yarm.planning.params import PlannerParams
-from yarm.planning.particles import narrow_columns, narrow_particles
-from yarm.planning.replanning import GoalKey, Memory, waypoint
-from yarm.planning.search import OFFSETS, Roadmap, even_roadmap
-from yarm.planning.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
-from yarm.planning.world import World, turns_of, why_not
+from yarm.planning.cspace.cell_sets import CellSet
+from yarm.planning.cspace.robot_space import ShapeCache
+from yarm.planning.fleet.fleet import Fleet, Move
+from yarm.planning.fleet.joint_plan import StepChoice, path_of, valid
+from yarm.planning.fleet.joint_search import JointSearch
+from yarm.planning.fleet.problem import PlanningProblem, explain_failure, turns_of
+from yarm.planning.fleet.replanning import GoalKey, Memory, waypoint
+from yarm.planning.model import request_check as check
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
+from yarm.planning.roadmap.particles import narrow_columns
+from yarm.planning.roadmap.roadmap import OFFSETS, Roadmap, even_roadmap
 
 MIN_ROUNDS = 30
 """Rounds of a joint search at least."""
@@ -50,7 +51,7 @@ class YarmPlanner:
         """Forget the previous plan and the particles."""
         self._memory = Memory()
         self._offset: Optional[int] = None
-        self._last: Optional[Layers] = None
+        self._last: Optional[CellSet] = None
         self._tried: Dict[str, GoalKey] = {}
         self._failures = 0
 
@@ -60,41 +61,49 @@ class YarmPlanner:
         fault = check.world_fault(request)
         if fault:
             return check.refused(request, fault)
-        world = World.of(request, self._turns, self._cache)
-        if world is None:
+        problem = PlanningProblem.of(request, self._turns, self._cache)
+        if problem is None:
             plans = check.faulty_plans(request)
             status, reason = check.worst(plans)
             return FleetPlan(status, reason, plans)
-        roadmap = self._roadmap(world, rng)
-        fleet = Fleet(world.spaces, world.targets, roadmap)
-        plans = check.faulty_plans(request)
-        kept = self._kept_moves(world, fleet, plans)
+        roadmap = self._roadmap(problem, rng)
+        fleet = Fleet(problem.spaces, problem.targets, roadmap)
+        plans = check.faulty_plans(request, [robot.name for robot in problem.robots])
+        kept = self._kept_moves(problem, fleet, plans)
         known = {*plans, *(() if kept is None else self._memory.goals)}
-        plans.update(_goal_plans(world, fleet, known))
-        open_robots = [i for i, robot in enumerate(world.robots) if world.targets[i] and robot.name not in plans]
+        plans.update(_goal_plans(problem, fleet, known))
+        open_robots = [i for i, robot in enumerate(problem.robots) if problem.targets[i] and robot.name not in plans]
         fleet.restrict(open_robots)
-        moves, rounds = self._moves(world, fleet, open_robots, kept, rng)
-        plans.update(self._steps(world, fleet, open_robots, moves))
+        moves, rounds = self._moves(problem, fleet, open_robots, kept, rng)
+        plans.update(self._steps(problem, fleet, open_robots, moves))
         status, reason = check.worst(plans)
         elapsed = 1e3 * (time.perf_counter() - began)
         shares = {name: dataclasses.replace(p, planning_ms=elapsed / len(plans)) for name, p in plans.items()}
-        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap.particles, roadmap.shown_edges)
+        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap)
 
-    def _roadmap(self, world: World, rng: np.random.Generator) -> Roadmap:
-        gx, gy, _ = world.request.spec.shape
+    def _roadmap(self, problem: PlanningProblem, rng: np.random.Generator) -> Roadmap:
+        gx, gy, _ = problem.request.spec.shape
         if self._offset is None:
             self._offset = int(rng.integers(OFFSETS))
-        order, base = even_roadmap((gx, gy), self.params.particles, self._offset)
-        narrow = np.zeros((gx, gy), dtype=np.bool_)
-        for space, target in zip(world.spaces, world.targets):
-            if target is not None:
-                narrow |= narrow_columns(~world.layout.image_of_board(space.blocked(0)))
-        return base.with_added(narrow_particles(order, len(base.particles), narrow, self.params.narrow_factor))
+        base = even_roadmap((gx, gy), self.params.particles, self._offset, self.params.narrow_factor)
 
-    def _kept_moves(self, world: World, fleet: Fleet, faulty: Mapping[str, RobotPlan]) -> Optional[List[Move]]:
+        def narrow(columns: IntArray) -> BoolArray:
+            layout, column_set = problem.layout, 0
+            for space, target in zip(problem.spaces, problem.targets):
+                if target is not None:
+                    column_set |= narrow_columns(layout.field & ~space.blocked(0), layout.stride)
+            image = layout.image_of_set(column_set)
+            chosen: BoolArray = image[columns[:, 0], columns[:, 1]]
+            return chosen
+
+        return base.denser(narrow)
+
+    def _kept_moves(
+        self, problem: PlanningProblem, fleet: Fleet, faulty: Mapping[str, RobotPlan]
+    ) -> Optional[List[Move]]:
         """The remembered joint plan, while its goals are the same and its moves are free."""
-        names = [robot.name for robot in world.robots]
-        goals = {name: world.goal_key(i) for i, name in enumerate(names) if world.targets[i] and name not in faulty}
+        names = [robot.name for robot in problem.robots]
+        goals = {name: problem.goal_key(i) for i, name in enumerate(names) if problem.targets[i] and name not in faulty}
         remembered = self._memory.goals
         if not remembered or any(goals.get(name) != goal for name, goal in remembered.items()):
             return None
@@ -103,26 +112,26 @@ class YarmPlanner:
 
     def _moves(
         self,
-        world: World,
+        problem: PlanningProblem,
         fleet: Fleet,
         open_robots: Sequence[int],
         kept: Optional[List[Move]],
         rng: np.random.Generator,
     ) -> Tuple[List[Move], int]:
         """Joint plan: the remembered one while it is free, unless a new one is clearly cheaper."""
-        goals = {world.robots[i].name: world.goal_key(i) for i in open_robots}
+        goals = {problem.robots[i].name: problem.goal_key(i) for i in open_robots}
         search = JointSearch(fleet, open_robots, self._effort(goals))
         if kept is None or goals != self._memory.goals:
             full = search.run(rng)
             self._failures = 0 if full is not None else self._failures + 1
             if full is None:
-                return self._moves_of_some(world, fleet, open_robots, kept, rng), search.rounds
+                return self._moves_of_some(problem, fleet, open_robots, kept, rng), search.rounds
             kept = full
-        elif self._last != world.obstacles:
+        elif self._last != problem.obstacles:
             fresh = search.quick()
             if fresh is not None and fleet.cost(fresh) < self.params.keep_gain * fleet.cost(kept):
                 kept = fresh
-        self._last = world.obstacles
+        self._last = problem.obstacles
         self._memory.goals = goals
         return kept, search.rounds
 
@@ -137,7 +146,7 @@ class YarmPlanner:
 
     def _moves_of_some(
         self,
-        world: World,
+        problem: PlanningProblem,
         fleet: Fleet,
         open_robots: Sequence[int],
         kept: Optional[List[Move]],
@@ -153,15 +162,17 @@ class YarmPlanner:
                 moves = JointSearch(fleet, some, MIN_ROUNDS).run(rng)
                 fleet.targets = targets
                 if moves is not None:
-                    self._memory.goals = {world.robots[i].name: world.goal_key(i) for i in some}
+                    self._memory.goals = {problem.robots[i].name: problem.goal_key(i) for i in some}
                     return moves
         self._memory.goals = {}
         return []
 
-    def _steps(self, world: World, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]) -> Dict[str, RobotPlan]:
-        choice = StepChoice(fleet, moves, self.params.least_step_cells, world.off_center())
+    def _steps(
+        self, problem: PlanningProblem, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]
+    ) -> Dict[str, RobotPlan]:
+        choice = StepChoice(fleet, moves, self.params.least_step_cells, problem.off_centre())
         steps = choice.choose()
-        names = [robot.name for robot in world.robots]
+        names = [robot.name for robot in problem.robots]
         self._memory.keep(fleet, names, choice.moves)
         plans: Dict[str, RobotPlan] = {}
         for i, (name, space) in enumerate(zip(names, fleet.spaces)):
@@ -171,9 +182,9 @@ class YarmPlanner:
             solved = fleet.satisfied(i, path[-1])
             plans[name] = RobotPlan(
                 name,
-                world.request.assignments[name] if i in open_robots else "",
+                problem.request.assignments[name] if i in open_robots else "",
                 PlanStatus.SOLVED if solved else PlanStatus.TIMEOUT,
-                "" if solved else _stuck_reason(world, i),
+                "" if solved else _stuck_reason(problem, i),
                 tuple(waypoint(pose, space) for pose in path),
                 waypoint(steps[i], space) if i in steps else None,
                 sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:])),
@@ -181,19 +192,18 @@ class YarmPlanner:
         return plans
 
 
-def _goal_plans(world: World, fleet: Fleet, known: Collection[str]) -> Dict[str, RobotPlan]:
+def _goal_plans(problem: PlanningProblem, fleet: Fleet, known: Collection[str]) -> Dict[str, RobotPlan]:
     """Plans of the robots, but those known, that have no way to their goal even with no other robot there."""
     plans = {}
-    for i, robot in enumerate(world.robots):
-        if world.targets[i] is not None and robot.name not in known and fleet.alone(i) is None:
-            status, reason = why_not(world, fleet, i)
-            plans[robot.name] = RobotPlan(robot.name, world.request.assignments[robot.name], status, reason)
+    for i, robot in enumerate(problem.robots):
+        if problem.targets[i] is not None and robot.name not in known and fleet.alone(i) is None:
+            status, reason = explain_failure(problem, fleet, i)
+            plans[robot.name] = RobotPlan(robot.name, problem.request.assignments[robot.name], status, reason)
     return plans
 
 
-def _stuck_reason(world: World, i: int) -> str:
-    others = ", ".join(robot.name for j, robot in enumerate(world.robots) if j != i)
-    goal = world.request.assignments.get(world.robots[i].name, "")
-    return (
-        f"{world.robots[i].name} waits: no order of moves was found that brings it to {goal} past {others or 'nobody'}"
-    )
+def _stuck_reason(problem: PlanningProblem, i: int) -> str:
+    others = ", ".join(robot.name for j, robot in enumerate(problem.robots) if j != i)
+    goal = problem.request.assignments.get(problem.robots[i].name, "")
+    name = problem.robots[i].name
+    return f"{name} waits: no order of moves was found that brings it to {goal} past {others or 'nobody'}"

@@ -1,4 +1,4 @@
-"""Parameters of the planners and of the task queue."""
+"""Parameters of planning: the planners and the task queue share one set of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from yarm.params import param
 
 @dataclass(frozen=True)
 class PlannerParams:
-    """What can be chosen about YARM (both variants)."""
+    """What can be chosen about YARM (both variants), and about the travel distances that the task queue assigns by."""
 
     particles: int = param(333, "", "number of particles; in narrow places up to narrow_factor times denser", 1, 100000)
     narrow_factor: float = param(3.0, "", "density of particles in narrow places over that in the open", 1.0, 20.0)
@@ -25,12 +25,6 @@ class PlannerParams:
     least_step_cells: int = param(
         3, "cells", "a waiting robot moves up to a conflict only if at least this far", 1, 1000
     )
-
-
-@dataclass(frozen=True)
-class TaskParams:
-    """What can be chosen about the task queue."""
-
-    turns_deg: Tuple[float, ...] = param(
-        (0.0, 90.0, -90.0), "deg", "turns about the end effector that a robot may use to reach a goal", -180.0, 180.0
+    original_margin_cells: int = param(
+        2, "cells", "`original` keeps this far from what stands in the map; not published (docs/experiments.md)", 0, 10
     )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Mapping, Optional, Sequence, Tuple
+from typing import Collection, Dict, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
 from yarm.geometry import BoolArray, IntArray
-from yarm.planning.types import FleetPlan, Goal, PlanRequest, PlanStatus, Robot, RobotPlan
+from yarm.planning.model.types import FleetPlan, Goal, PlanRequest, PlanStatus, Robot, RobotPlan
 
 Fault = Tuple[PlanStatus, str]
 
@@ -23,9 +23,9 @@ _SEVERITY = {
 
 def world_fault(request: PlanRequest) -> str:
     """What makes the whole request unusable; empty when nothing does."""
-    grid = np.asarray(request.grid)
-    if grid.shape != tuple(request.spec.shape):
-        return f"grid of shape {grid.shape} does not have the {request.spec.shape} cells of its specification"
+    shape = np.asarray(request.occupied).shape
+    if shape != tuple(request.spec.shape):
+        return f"map of shape {shape} does not have the {request.spec.shape} cells of its specification"
     if request.forbidden is not None and np.asarray(request.forbidden).shape != tuple(request.spec.shape[:2]):
         return f"forbidden columns of shape {np.asarray(request.forbidden).shape} must be {request.spec.shape[:2]}"
     names = [robot.name for robot in request.robots]
@@ -44,9 +44,10 @@ def robot_fault(robot: Robot, request: PlanRequest) -> Optional[Fault]:
     cells = np.asarray(robot.mask.cells)
     if cells.ndim != 2 or cells.shape[1:] != (3,) or len(cells) == 0:
         return PlanStatus.INVALID_START, f"{robot.name} has no cells (mask of shape {cells.shape}, not (n, 3))"
-    extent = cells.max(axis=0) - cells.min(axis=0) + 1
-    if np.any(extent > (gx, gy, gz)) or np.abs(cells[:, :2]).max() > gx + gy:
-        return PlanStatus.INVALID_START, f"{robot.name} is {tuple(extent.tolist())} cells, larger than the grid"
+    low, high = cells.min(axis=0).tolist(), cells.max(axis=0).tolist()
+    extent = tuple(b - a + 1 for a, b in zip(low, high))
+    if any(n > most for n, most in zip(extent, (gx, gy, gz))) or max(-min(low[:2]), *high[:2]) > gx + gy:
+        return PlanStatus.INVALID_START, f"{robot.name} is {extent} cells, larger than the grid"
     numbers = [robot.yaw_rad, *(robot.position_m or ()), *(float(value) for value in robot.column)]
     if not all(math.isfinite(number) for number in numbers):
         return PlanStatus.INVALID_START, f"{robot.name} has a pose that is not finite"
@@ -58,9 +59,10 @@ def robot_fault(robot: Robot, request: PlanRequest) -> Optional[Fault]:
 
 def start_collision(robot: Robot, request: PlanRequest) -> Optional[Fault]:
     """Which object a robot overlaps where it stands."""
+    if all(name in request.goals for name in request.objects):
+        return _map_collision(robot, request)
     mine = np.zeros(request.spec.shape, dtype=np.bool_)
-    cells = robot.cells[request.spec.contains(robot.cells)]
-    mine[cells[:, 0], cells[:, 1], cells[:, 2]] = True
+    _set_cells(mine, robot.cells, request, True)
     for name, theirs in request.objects.items():
         if name in request.goals or len(theirs) == 0:
             continue
@@ -69,7 +71,24 @@ def start_collision(robot: Robot, request: PlanRequest) -> Optional[Fault]:
         if len(both):
             cell = tuple(int(v) for v in both[0])
             return PlanStatus.INVALID_START, f"{robot.name} overlaps {name} in {len(both)} cells, one is {cell}"
-    return None
+    return _map_collision(robot, request)
+
+
+def _map_collision(robot: Robot, request: PlanRequest) -> Optional[Fault]:
+    """Whether a robot stands in cells that the map has as occupied, though it should hold no robots."""
+    cells = robot.cells[request.spec.contains(robot.cells)]
+    taken = cells[np.asarray(request.occupied, dtype=np.bool_)[tuple(cells.T)]]
+    if not len(taken):
+        return None
+    goals = [np.asarray(goal.cells, dtype=np.int64).reshape(-1, 3) for goal in request.goals.values()]
+    of_goals = {tuple(cell) for own in goals for cell in own.tolist()}
+    taken_cells = sorted(tuple(cell) for cell in taken.tolist() if tuple(cell) not in of_goals)
+    if not taken_cells:
+        return None
+    return PlanStatus.INVALID_START, (
+        f"{robot.name} stands in {len(taken_cells)} cells that the map without robots has as occupied, "
+        f"one is {taken_cells[0]}"
+    )
 
 
 def goal_fault(robot: Robot, request: PlanRequest) -> Optional[Fault]:
@@ -95,17 +114,30 @@ def assigned_goal(robot: Robot, request: PlanRequest) -> Optional[Goal]:
 
 
 def robotless_grid(request: PlanRequest, robots: Sequence[Robot]) -> BoolArray:
-    """Boolean grid (gx, gy, gz) without the cells of some robots and of goals that are assigned."""
-    occupied: BoolArray = np.asarray(request.grid) != 0
-    cleared = [np.asarray(robot.cells).reshape(-1, 3) for robot in robots]
+    """Where some robots must not be: the map (gx, gy, gz) without goals that are assigned, with all other robots."""
+    occupied: BoolArray = np.array(request.occupied, dtype=np.bool_)
+    others = [robot for robot in request.robots if not any(robot is one for one in robots)]
+    for other in others:
+        _set_cells(occupied, _cells_of(other), request, True)
+    for robot in robots if others else ():
+        _set_cells(occupied, robot.cells, request, False)
     for name in request.assignments.values():
         goal = request.goals.get(name)
         if goal is not None and len(goal.cells):
-            cleared.append(np.asarray(goal.cells, dtype=np.int64).reshape(-1, 3))
-    for cells in cleared:
-        inside = cells[request.spec.contains(cells)]
-        occupied[inside[:, 0], inside[:, 1], inside[:, 2]] = False
+            _set_cells(occupied, np.asarray(goal.cells, dtype=np.int64).reshape(-1, 3), request, False)
     return occupied
+
+
+def _set_cells(occupied: BoolArray, cells: IntArray, request: PlanRequest, value: bool) -> None:
+    inside = cells[request.spec.contains(cells)]
+    occupied[inside[:, 0], inside[:, 1], inside[:, 2]] = value
+
+
+def _cells_of(robot: Robot) -> IntArray:
+    """Absolute cells (n, 3) of a robot that may have a fault; none when it has no cells or no column."""
+    cells = np.asarray(robot.mask.cells)
+    usable = cells.ndim == 2 and cells.shape[1:] == (3,) and all(math.isfinite(value) for value in robot.column)
+    return robot.cells if usable else np.zeros((0, 3), dtype=np.int64)
 
 
 def objects_at(cells: IntArray, request: PlanRequest, limit: int = 3) -> str:
@@ -138,15 +170,15 @@ def worst(plans: Mapping[str, RobotPlan]) -> Tuple[PlanStatus, str]:
     return status, reason
 
 
-def faulty_plans(request: PlanRequest) -> Dict[str, RobotPlan]:
-    """Plans of the assigned robots whose start or goal is unusable."""
+def faulty_plans(request: PlanRequest, usable: Collection[str] = ()) -> Dict[str, RobotPlan]:
+    """Plans of the assigned robots whose start or goal is unusable; ``usable`` robots have passed ``robot_fault``."""
     plans = {}
     for robot in request.robots:
         goal = request.assignments.get(robot.name)
         if goal is None:
             continue
-        fault = robot_fault(robot, request) or start_collision(robot, request)
-        fault = fault or goal_fault(robot, request)
+        fault = None if robot.name in usable else robot_fault(robot, request)
+        fault = fault or start_collision(robot, request) or goal_fault(robot, request)
         if fault is not None:
             plans[robot.name] = RobotPlan(robot.name, goal, fault[0], fault[1])
     return plans

@@ -9,7 +9,7 @@ What makes a step safe (the promise of ``yarm``, and what the checker verifies):
 - *Sweep* of a robot: the cells of its mask at the start, at every angle of the turn, and along the translation of the
   turned mask: every cell that a mask cell, a unit square, overlaps on the straight line between the two column centres
   (a diagonal move takes both cells beside it). A robot that stays, with a goal or without, sweeps the cells it has.
-- *Robot-less map*: the grid without the cells of all robots of the request and without the cells of assigned goals.
+- *Robot-less map*: ``PlanRequest.occupied`` without the cells of assigned goals.
 - A sweep never overlaps an occupied cell of the robot-less map, nor another robot's sweep.
 - Margin: no cell of a sweep is one of the 26 neighbours of an occupied cell, or of a cell of another robot's sweep.
   The margin counts once between two robots. Cells that are neighbours at the start already (an occupied cell, or a
@@ -25,15 +25,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Mapping, Optional, Protocol, Tuple
+from typing import Mapping, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
-import numpy.typing as npt
 
 from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Mask
 
 Column = Tuple[int, int]
 """A column of cells (x, y) of the grid."""
+
+
+class GoalKind(str, Enum):
+    """What a goal is: equal to the word of the registry and of scene files."""
+
+    CLEAR = "Clear"
+    """A place the task queue sends an idle robot to."""
+    DEBRIS = "Debris"
+    TARGET = "Target"
+    HOME = "Home"
+
+    def __str__(self) -> str:
+        """The word."""
+        return str(self.value)
 
 
 class PlanStatus(Enum):
@@ -76,7 +89,7 @@ class Goal:
 
     Attributes:
         name: unique name.
-        kind: "Debris", "Target", "Home", or "Clear" for a place the task queue sends an idle robot to.
+        kind: what it is.
         column: column the end effector must reach.
         cells: (n, 3) cells of the debris in the live grid, cleared while it is somebody's goal; (0, 3) for a target.
         yaw_rad: heading wanted on arrival, rad; None for any.
@@ -84,7 +97,7 @@ class Goal:
     """
 
     name: str
-    kind: str
+    kind: GoalKind
     column: Column
     cells: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     yaw_rad: Optional[float] = None
@@ -97,7 +110,8 @@ class PlanRequest:
 
     Attributes:
         spec: the grid.
-        grid: (gx, gy, gz) live occupancy, not 0 where occupied, the robots' own cells included.
+        occupied: (gx, gy, gz) true where something stands, goals included, but nowhere in the cells of the request's
+            robots, see ``without_robots``.
         robots: every mobile robot, those without a goal too (they are obstacles that may be asked to step aside).
         goals: goals by name; those not assigned are plain obstacles.
         assignments: name of the goal of each robot that has one.
@@ -106,12 +120,21 @@ class PlanRequest:
     """
 
     spec: GridSpec
-    grid: npt.NDArray[np.int8]
+    occupied: BoolArray
     robots: Tuple[Robot, ...]
     goals: Mapping[str, Goal]
     assignments: Mapping[str, str]
     objects: Mapping[str, IntArray] = field(default_factory=dict)
     forbidden: Optional[BoolArray] = None
+
+
+def without_robots(spec: GridSpec, occupied: BoolArray, robots: Sequence[Robot]) -> BoolArray:
+    """A map (gx, gy, gz) without the cells in which robots stand: what ``PlanRequest.occupied`` wants."""
+    left: BoolArray = np.array(occupied, dtype=np.bool_)
+    for robot in robots:
+        cells = robot.cells
+        left[tuple(cells[spec.contains(cells)].T)] = False
+    return left
 
 
 @dataclass(frozen=True)
@@ -147,6 +170,30 @@ class RobotPlan:
     planning_ms: float = 0.0
 
 
+def _no_columns() -> IntArray:
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+class Graph(Protocol):
+    """The graph that a plan was searched on, for display; made when it is looked at."""
+
+    @property
+    def particles(self) -> IntArray:
+        """Columns (n, 2) of the particles used."""
+
+    @property
+    def edges(self) -> IntArray:
+        """Edges (m, 2), pairs of indices into ``particles``."""
+
+
+@dataclass(frozen=True, eq=False)
+class GivenGraph:
+    """A graph that is there already; see ``Graph``."""
+
+    particles: IntArray = field(default_factory=_no_columns)
+    edges: IntArray = field(default_factory=_no_columns)
+
+
 @dataclass(frozen=True, eq=False)
 class FleetPlan:
     """The plan of the fleet: what to send now, and what was thought.
@@ -157,8 +204,7 @@ class FleetPlan:
         robots: plan by robot name, for every robot that has a goal or is asked to step aside.
         iterations: rounds of the search.
         planning_ms: wall time of the whole step, ms.
-        particles: (n, 2) columns of the particles used, for display.
-        edges: (m, 2) pairs of particle indices, for display.
+        graph: what was searched on, for display.
     """
 
     status: PlanStatus
@@ -166,8 +212,7 @@ class FleetPlan:
     robots: Mapping[str, RobotPlan]
     iterations: int = 0
     planning_ms: float = 0.0
-    particles: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    edges: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    graph: Graph = field(default_factory=GivenGraph)
 
 
 class FleetPlanner(Protocol):

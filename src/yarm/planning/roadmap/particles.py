@@ -1,4 +1,10 @@
-"""Particles: the columns a search may use as waypoints."""
+"""Particles: the columns a search may use as waypoints.
+
+The even ones follow the additive sequence R2 (M. Roberts, "The unreasonable effectiveness of quasirandom sequences",
+2018), shifted around the edges (R. Cranley, T. N. L. Patterson, SIAM Journal on Numerical Analysis 13, 1976). Narrow
+places are found as in D. Hsu, T. Jiang, J. Reif, Z. Sun, "The bridge test for sampling narrow passages with
+probabilistic roadmap planners", ICRA 2003, here along x and y only and in every column.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +13,9 @@ from functools import lru_cache
 from typing import Tuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from yarm.geometry import BoolArray, IntArray
+from yarm.geometry import IntArray
+from yarm.planning.cspace.cell_sets import ColumnSet
 
 _PLASTIC = 1.32471795724474602596
 """The plastic number: its powers give the most even additive sequence in the plane (R2)."""
@@ -31,10 +37,11 @@ def cell_order(shape: Tuple[int, int]) -> IntArray:
     gx, gy = shape
     count = gx * gy
     index = np.arange(1, 4 * count + 1)[:, None]
-    points = (0.5 + index * np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])) % 1.0
-    cells = (points * (gx, gy)).astype(np.int64)
+    points = 0.5 + index * np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])
+    cells = ((points - np.floor(points)) * (gx, gy)).astype(np.int64)
     flat = np.concatenate([cells[:, 0] * gy + cells[:, 1], np.arange(count)])
-    _, first = np.unique(flat, return_index=True)
+    first = np.empty(count, dtype=np.int64)
+    first[flat[::-1]] = np.arange(len(flat))[::-1]
     ordered = flat[np.sort(first)]
     result: IntArray = np.stack([ordered // gy, ordered % gy], axis=-1)
     result.flags.writeable = False
@@ -48,36 +55,16 @@ def moved_order(order: IntArray, shape: Tuple[int, int], number: int) -> IntArra
     return moved
 
 
-def narrow_particles(order: IntArray, n: int, narrow: BoolArray, factor: float) -> IntArray:
-    """Further columns of an order behind its first n, so many that narrow places hold ``factor`` times more.
-
-    Args:
-        order: (m, 2) columns, see ``cell_order``.
-        n: number of columns used everywhere.
-        narrow: (gx, gy) columns where free space is narrow.
-        factor: density there over the density elsewhere, at least 1.
-
-    Returns:
-        (k, 2) columns, all of them narrow.
-    """
-    more = order[n : math.ceil(n * factor)]
-    chosen: IntArray = more[narrow[more[:, 0], more[:, 1]]]
-    return chosen
-
-
-def narrow_columns(free: BoolArray, reach: int = 3) -> BoolArray:
-    """Free columns with something blocked within ``reach`` on both sides along x, or along y (the bridge test)."""
-    gx, gy = free.shape
-    padded = np.zeros((gx + 2 * reach, gy + 2 * reach), dtype=np.bool_)
-    padded[reach : reach + gx, reach : reach + gy] = free
+def narrow_columns(free: ColumnSet, stride: int, reach: int = 3) -> ColumnSet:
+    """Free columns with something not free within ``reach`` on both sides along x, or along y (the bridge test)."""
     sides = []
-    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-        hit = np.zeros_like(free)
+    for step in (stride, 1):
+        below = above = 0
         for k in range(1, reach + 1):
-            hit |= ~padded[reach + k * dx : reach + k * dx + gx, reach + k * dy : reach + k * dy + gy]
-        sides.append(hit)
-    narrow: BoolArray = free & ((sides[0] & sides[1]) | (sides[2] & sides[3]))
-    return narrow
+            below |= ~(free << k * step)
+            above |= ~(free >> k * step)
+        sides.append(below & above)
+    return free & (sides[0] | sides[1])
 
 
 def random_particles(n: int, shape: Tuple[int, int], rng: np.random.Generator) -> IntArray:
@@ -90,10 +77,3 @@ def threshold_particles(shape: Tuple[int, int, int], threshold: float = 5.0) -> 
     if not (math.isfinite(threshold) and threshold > 0.0):
         raise ValueError(f"threshold {threshold} must be a positive number")
     return max(1, int(np.prod(shape) / (30.0 * threshold)))
-
-
-def largest_pocket(particles: IntArray, shape: Tuple[int, int]) -> float:
-    """Radius, cells, of the largest circle around a column that holds no particle: a measure of evenness."""
-    grid = np.argwhere(np.ones(shape, dtype=np.bool_))
-    distances, _ = cKDTree(particles).query(grid)
-    return float(distances.max())

@@ -1,30 +1,30 @@
-"""One robot's way to its goal over the particles, any-angle, and through every cell when the particles do not do."""
+"""One robot's way to its goal over the particles, any-angle, and through every cell when the particles do not do.
+
+A* (P. E. Hart, N. J. Nilsson, B. Raphael, 1968) in which a particle may be reached straight from a grandparent, as in
+Theta* (A. Nash, K. Daniel, S. Koenig, A. Felner, "Theta*: any-angle path planning on grids", AAAI 2007); the path is
+then shortened along checked moves (R. Geraerts, M. H. Overmars, "Creating high-quality paths for motion planning",
+International Journal of Robotics Research 26, 2007).
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from itertools import islice
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
-import numpy as np
-
-from yarm.geometry import IntArray, wrap_angle
-from yarm.planning.bitboard import Board
-from yarm.planning.cost_queue import CostQueue
-from yarm.planning.cspace import Pose, RobotSpace, View
-from yarm.planning.graph import Neighbours, delaunay_edges, nearest, nearest_edges, neighbours_of
-from yarm.planning.particles import cell_order, moved_order
-from yarm.planning.types import Column
+from yarm.planning.cspace.cell_sets import ColumnSet
+from yarm.planning.cspace.robot_space import Pose, RobotSpace, View
+from yarm.planning.model.types import Column
+from yarm.planning.roadmap.cost_queue import CostQueue
+from yarm.planning.roadmap.roadmap import Roadmap
 
 Path = Tuple[Pose, ...]
 State = Tuple[int, int]
 """Particle and heading."""
 
 JOINED = 8
-"""Particles that start, goal and added particles are joined with, besides each other."""
-OFFSETS = 16
-"""Number of equally even sets of particles that a seed chooses from."""
+"""Particles that start, goal and corners are joined with, besides each other."""
 _LONG_CELLS = 4
 
 
@@ -40,93 +40,24 @@ class Target:
         return pose[:2] == self.column and self.heading in (None, pose[2])
 
 
-class Roadmap:
-    """Particles and their graph, made when a search first needs it.
-
-    The first particles are triangulated; those added to a roadmap (``with_added``) are joined with their nearest
-    instead, so that the triangulation stays the same from step to step while the map changes.
-    """
-
-    def __init__(self, particles: IntArray) -> None:
-        """Particles (n, 2), distinct columns."""
-        self.particles = particles
-        self._base: Optional[Roadmap] = None
-
-    def with_added(self, added: IntArray) -> Roadmap:
-        """This roadmap with further particles (m, 2)."""
-        if not len(added):
-            return self
-        larger = Roadmap(np.concatenate([self.particles, added]))
-        larger._base = self
-        return larger
-
-    @cached_property
-    def columns(self) -> Tuple[Column, ...]:
-        """The particles."""
-        return tuple((x, y) for x, y in self.particles.tolist())
-
-    @cached_property
-    def edges(self) -> IntArray:
-        """Edges (m, 2) of the graph: pairs of indices of particles."""
-        if self._base is None:
-            return delaunay_edges(self.particles)
-        return np.concatenate([self._base.edges, self._added_edges])
-
-    @cached_property
-    def _added_edges(self) -> IntArray:
-        base = self._base
-        return nearest_edges(self.particles, 0 if base is None else len(base.particles), JOINED)
-
-    @cached_property
-    def neighbours(self) -> Neighbours:
-        """For each particle, those it shares an edge with."""
-        if self._base is None:
-            return neighbours_of(len(self.particles), self.edges)
-        lists = [*self._base.neighbours, *((),) * (len(self.particles) - len(self._base.particles))]
-        for a, b in self._added_edges.tolist():
-            lists[a] = (*lists[a], b)
-            lists[b] = (*lists[b], a)
-        return tuple(lists)
-
-    @property
-    def shown_edges(self) -> IntArray:
-        """Edges for display: those of the triangulation alone while no search has needed the others."""
-        if self._base is None or "_added_edges" in self.__dict__:
-            return self.edges
-        return self._base.edges
-
-
-@lru_cache(maxsize=32)
-def even_roadmap(shape: Tuple[int, int], count: int, offset: int) -> Tuple[IntArray, Roadmap]:
-    """Order of all columns of a grid and the roadmap over the first ``count`` of it, kept.
-
-    Args:
-        shape: columns along x and y.
-        count: number of particles; no more than there are columns.
-        offset: one of ``OFFSETS`` equally even sets.
-    """
-    order = moved_order(cell_order(shape), shape, offset)
-    return order, Roadmap(order[:count])
-
-
 class _Graph:
     """A roadmap with start, goal and added columns joined to it."""
 
     def __init__(self, roadmap: Roadmap, extra: Sequence[Column]) -> None:
         n = len(roadmap.columns)
         self.columns: List[Column] = [*roadmap.columns, *extra]
-        self._neighbours = roadmap.neighbours
+        self._roadmap = roadmap
         self._joined: Dict[int, List[int]] = {}
         added = range(n, n + len(extra))
         for i in added:
-            close = nearest(roadmap.particles, extra[i - n], JOINED)
+            close = roadmap.nearest(extra[i - n], JOINED)
             self._joined[i] = [*close, *(j for j in added if j != i)]
             for j in close:
                 self._joined.setdefault(j, []).append(i)
         self._n = n
 
     def neighbours(self, i: int) -> Sequence[int]:
-        own: Sequence[int] = self._neighbours[i] if i < self._n else ()
+        own = self._roadmap.neighbours(i) if i < self._n else ()
         joined = self._joined.get(i)
         return own if joined is None else [*joined, *own]
 
@@ -153,10 +84,11 @@ class _Search:
         self._start: State = (first, start[2])
         self._goal = first + 1
         self._goal_x, self._goal_y = target.column
-        self._turns = [turn_costs(view.space, h) for h in range(len(view.space.headings))]
+        self._turns: Dict[int, Tuple[Tuple[int, float], ...]] = {}
         self._cost: Dict[State, float] = {}
         self._parent: Dict[State, State] = {}
         self._best: Dict[State, float] = {}
+        self._turn_left: Dict[int, float] = {}
         self._queue: CostQueue[Tuple[float, State, State]] = CostQueue()
 
     def run(self) -> Optional[Path]:
@@ -183,18 +115,20 @@ class _Search:
         if up[1] != h:
             up = state
         ux, uy = columns[up[0]]
-        up_cost = self._cost[up]
+        done, best, hypot, up_cost = self._cost, self._best, math.hypot, self._cost[up]
         for other in self._graph.neighbours(node):
-            if (other, h) in self._cost:
+            if (other, h) in done:
                 continue
             ox, oy = columns[other]
-            straight = up_cost + math.hypot(ox - ux, oy - uy)
-            if straight >= self._best.get((other, h), math.inf):
+            straight = up_cost + hypot(ox - ux, oy - uy)
+            if straight >= best.get((other, h), math.inf):
                 continue
             if view.line(ux, uy, ox, oy, h):
                 self._offer(straight, (other, h), up)
             elif view.line(x, y, ox, oy, h):
                 self._offer(cost + math.hypot(ox - x, oy - y), (other, h), state)
+        if h not in self._turns:
+            self._turns[h] = turn_costs(view.space, h)
         for k, turn_cost in self._turns[h]:
             if (node, k) not in self._cost and view.stands((x, y, k)):
                 self._offer(cost + turn_cost, (node, k), state)
@@ -209,12 +143,19 @@ class _Search:
 
     def _left(self, state: State) -> float:
         x, y = self._graph.columns[state[0]]
-        left = math.hypot(self._goal_x - x, self._goal_y - y)
-        if self._target.heading is not None and self._target.heading != state[1]:
-            space = self._view.space
-            angle = wrap_angle(space.headings[self._target.heading] - space.headings[state[1]])
-            left += abs(angle) / space.turns.rad_per_cell
-        return left
+        h = state[1]
+        if h not in self._turn_left:
+            self._turn_left[h] = self._least_turn(h)
+        return math.hypot(self._goal_x - x, self._goal_y - y) + self._turn_left[h]
+
+    def _least_turn(self, h: int) -> float:
+        """Cost of the least turn from a heading to one that the goal can be stood on with."""
+        view, column = self._view, self._target.column
+        headings = range(len(view.space.headings)) if self._target.heading is None else (self._target.heading,)
+        if h in headings and view.stands((*column, h)):
+            return 0.0
+        costs = (view.space.move_cost((*column, h), (*column, k)) for k in headings if view.stands((*column, k)))
+        return min(costs, default=0.0)
 
     def _path(self, state: State) -> Path:
         poses: List[Pose] = []
@@ -281,8 +222,8 @@ def _corners_added(view: View, poses: List[Pose]) -> List[Pose]:
         if max(abs(b[0] - a[0]), abs(b[1] - a[1])) >= _LONG_CELLS:
             x, y = (a[0] + b[0]) // 2, (a[1] + b[1]) // 2
             around = [(x + dx, y + dy, b[2]) for dx in (0, 1, -1) for dy in (0, 1, -1)]
-            around.sort(key=lambda p: view.space.move_cost(a, p) + view.space.move_cost(p, b))
-            result += [p for p in around if view.stands(p) and view.move(a, p) and view.move(p, b)][:1]
+            around.sort(key=lambda p: math.dist(a[:2], p[:2]) + math.dist(p[:2], b[:2]))
+            result += islice((p for p in around if view.stands(p) and view.move(a, p) and view.move(p, b)), 1)
         result.append(b)
     return result
 
@@ -306,21 +247,25 @@ def _corners_left_out(view: View, poses: List[Pose]) -> List[Pose]:
 
 
 def _corners_shifted(view: View, poses: List[Pose], steps: Sequence[int]) -> List[Pose]:
-    space = view.space
+    gx, gy, _ = view.space.layout.shape
+    hypot = math.hypot
     for step in steps:
         for i in range(1, len(poses) - 1):
             a, b, c = poses[i - 1 : i + 2]
-            best = space.move_cost(a, b) + space.move_cost(b, c) - 1e-9
-            for dx in (-step, 0, step):
-                for dy in (-step, 0, step):
-                    trial = (b[0] + dx, b[1] + dy, b[2])
-                    cost = space.move_cost(a, trial) + space.move_cost(trial, c)
-                    if cost < best and view.stands(trial) and view.move(a, trial) and view.move(trial, c):
-                        best, poses[i] = cost - 1e-9, trial
+            (ax, ay, _), (cx, cy, _) = a, c
+            best = hypot(b[0] - ax, b[1] - ay) + hypot(cx - b[0], cy - b[1]) - 1e-9
+            for x in (b[0] - step, b[0], b[0] + step):
+                for y in (b[1] - step, b[1], b[1] + step):
+                    length = hypot(x - ax, y - ay) + hypot(cx - x, cy - y)
+                    if length >= best or not (0 <= x < gx and 0 <= y < gy):
+                        continue
+                    trial = (x, y, b[2])
+                    if view.move(a, trial) and view.move(trial, c):
+                        best, poses[i] = length - 1e-9, trial
     return poses
 
 
-def flood(view: View, start: Pose, wanted: Callable[[int], Board]) -> Optional[Path]:
+def flood(view: View, start: Pose, wanted: Callable[[int], ColumnSet]) -> Optional[Path]:
     """Way through neighbouring cells, found by letting every reachable cell and heading be entered in order of cost.
 
     Complete: None means that nothing wanted is reachable through any cell at any allowed heading.
@@ -328,7 +273,7 @@ def flood(view: View, start: Pose, wanted: Callable[[int], Board]) -> Optional[P
     Args:
         view: the robot's configuration space.
         start: present pose; taken as free.
-        wanted: board of the columns wanted at a heading.
+        wanted: the columns wanted at a heading.
 
     Returns:
         poses one cell or one turn apart, from start to the nearest wanted pose (four-neighbour distance).
@@ -336,7 +281,9 @@ def flood(view: View, start: Pose, wanted: Callable[[int], Board]) -> Optional[P
     return _Flood(view, start).run(wanted)
 
 
-def wander(view: View, start: Pose, choose: Callable[[Dict[int, Board]], Optional[Tuple[int, int]]]) -> Optional[Path]:
+def wander(
+    view: View, start: Pose, choose: Callable[[Dict[int, ColumnSet]], Optional[Tuple[int, int]]]
+) -> Optional[Path]:
     """Way through neighbouring cells to a pose chosen among all reachable ones.
 
     Args:
@@ -353,7 +300,7 @@ def wander(view: View, start: Pose, choose: Callable[[Dict[int, Board]], Optiona
     return None if chosen is None else flooding.way_to(chosen[1], chosen[0])
 
 
-def reachable(view: View, start: Pose) -> Dict[int, Board]:
+def reachable(view: View, start: Pose) -> Dict[int, ColumnSet]:
     """Every column reachable at each heading."""
     flooding = _Flood(view, start)
     flooding.run(lambda h: 0)
@@ -365,17 +312,17 @@ class _Flood:
         self._view, self._start = view, start
         self._layout = view.space.layout
         count = len(view.space.headings)
-        self.reached: Dict[int, Board] = dict.fromkeys(range(count), 0)
+        self.reached: Dict[int, ColumnSet] = dict.fromkeys(range(count), 0)
         bit = 1 << self._layout.bit(start[0], start[1])
         self.reached[start[2]] = bit
-        self._fronts: List[Dict[int, Board]] = [{start[2]: bit}]
+        self._fronts: List[Dict[int, ColumnSet]] = [{start[2]: bit}]
         self._turns: List[Tuple[int, int, int]] = []
         for h in range(count):
             self._turns += [(h, k, max(1, round(cost))) for k, cost in turn_costs(view.space, h)]
         self._longest = max([1, *(cost for _, _, cost in self._turns)])
 
-    def run(self, wanted: Callable[[int], Board]) -> Optional[Path]:
-        asked: Dict[int, Board] = {}
+    def run(self, wanted: Callable[[int], ColumnSet]) -> Optional[Path]:
+        asked: Dict[int, ColumnSet] = {}
         while any(self._fronts[-self._longest :]):
             for h, front in self._fronts[-1].items():
                 if h not in asked:
@@ -386,9 +333,9 @@ class _Flood:
             self._fronts.append(self._next())
         return None
 
-    def _next(self) -> Dict[int, Board]:
+    def _next(self) -> Dict[int, ColumnSet]:
         stride, rings = self._layout.stride, len(self._fronts)
-        new: Dict[int, Board] = {}
+        new: Dict[int, ColumnSet] = {}
         for h, front in self._fronts[-1].items():
             new[h] = (front << 1 | front >> 1 | front << stride | front >> stride) & ~self._view.blocked(h)
         for h, k, cost in self._turns:

@@ -8,9 +8,9 @@ from typing import Dict, Mapping
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from yarm.planning.oracle import Node, Shape, Space
-from yarm.planning.params import PlannerParams
-from yarm.planning.scene import PlanScene
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.scenes.oracle import Node, Shape, Space
+from yarm.planning.scenes.scene import PlanScene
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from yarm.geometry import BoolArray, GridSpec, IntArray
-from yarm.planning.oracle import Node, Shape, Space, grown_cells, overlap_offsets, pair_solvable
-from yarm.planning.scene import Box, PlanScene, SceneRobot, Stand
-from yarm.planning.types import Goal
+from yarm.planning.model.types import Goal, GoalKind
+from yarm.planning.scenes.oracle import Node, Shape, Space, inflated_cells, overlap_offsets, pair_solvable
+from yarm.planning.scenes.scene import Box, PlanScene, SceneRobot, Stand
 
 CELL_GRID = GridSpec()
 """The grid of the missions, 50 x 50 x 20 cells."""
@@ -139,7 +139,7 @@ def _is_close(shape: Shape, motion: Tuple[int, int], node: Node, other: Node) ->
 @lru_cache(maxsize=512)
 def _close_table(shape: Shape, motion: Tuple[int, int], heading: int) -> BoolArray:
     cells = shape.masks[motion[0]].cells if motion[0] == motion[1] else shape.turns[motion]
-    return overlap_offsets(grown_cells(cells), shape.masks[heading].cells)
+    return overlap_offsets(inflated_cells(cells), shape.masks[heading].cells)
 
 
 @lru_cache(maxsize=16)
@@ -152,7 +152,7 @@ def _scene(fleet: Fleet, starts: Sequence[Node], goals: Sequence[Node], boxes: S
     for i, (start, goal) in enumerate(zip(starts, goals), 1):
         name, wanted = f"ankurbot_{i}", f"target_{i}"
         robots.append(SceneRobot(name, Stand((start.x, start.y), fleet.shape.yaws[start.heading])))
-        targets[wanted] = Goal(wanted, "Target", (goal.x, goal.y))
+        targets[wanted] = Goal(wanted, GoalKind.TARGET, (goal.x, goal.y))
         assignments[name] = wanted
     return PlanScene(fleet.shape.spec, tuple(boxes), tuple(robots), targets, assignments)
 
@@ -265,7 +265,7 @@ def _corridors_head_on(rng: np.random.Generator, robots: int, grid: GridSpec) ->
     places = [(left, row), (right, row)]
     fleet = tuple(SceneRobot(f"cart_{i + 1}", Stand(place, 0.0), cells) for i, place in enumerate(places))
     goals: Dict[str, Goal] = {
-        f"target_{i + 1}": Goal(f"target_{i + 1}", "Target", place) for i, place in enumerate(reversed(places))
+        f"target_{i + 1}": Goal(f"target_{i + 1}", GoalKind.TARGET, place) for i, place in enumerate(reversed(places))
     }
     assigned: Mapping[str, str] = {robot.name: goal for robot, goal in zip(fleet, goals)}
     scene = PlanScene(spec, tuple(boxes), fleet, goals, assigned)

@@ -16,13 +16,13 @@ from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
 from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Mask
-from yarm.planning.checker import sweep_of
-from yarm.planning.scene import PlanScene, SceneRobot
-from yarm.planning.types import PlanRequest, Robot, Waypoint
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import PlanRequest, Robot, Waypoint
+from yarm.planning.scenes.scene import PlanScene, SceneRobot
+from yarm.planning.verification.checker import sweep_of
 
 ColumnBits = Tuple[IntArray, IntArray]
 """Columns (n, 2), and the heights occupied in each as the bits of a number (n,)."""
-QUARTER_TURNS_DEG: Tuple[float, ...] = (0.0, 90.0, -90.0)
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Node:
 class Shape:
     """One robot's cells at every heading it can come to, and what it sweeps from one to the next."""
 
-    def __init__(self, robot: SceneRobot, spec: GridSpec, turns_deg: Sequence[float] = QUARTER_TURNS_DEG) -> None:
+    def __init__(self, robot: SceneRobot, spec: GridSpec, turns_deg: Sequence[float] = PlannerParams.turns_deg) -> None:
         self.spec = spec
         self.yaws: List[float] = _headings(robot.start.yaw_rad, turns_deg)
         self.masks: List[Mask] = [robot.mask(spec, yaw) for yaw in self.yaws]
@@ -61,7 +61,7 @@ class Shape:
     def _turn_cells(self, heading: int, angle: float) -> IntArray:
         """(n, 3) cells relative to the end effector's column that a turn in place sweeps."""
         robot = Robot("robot", (0, 0), self.yaws[heading], self.masks[heading])
-        request = PlanRequest(self.spec, np.zeros(self.spec.shape, dtype=np.int8), (robot,), {}, {})
+        request = PlanRequest(self.spec, np.zeros(self.spec.shape, dtype=np.bool_), (robot,), {}, {})
         return sweep_of(request, robot, Waypoint((0, 0), self.yaws[heading] + angle)).cells
 
 
@@ -185,7 +185,7 @@ def pair_solvable(scene: PlanScene) -> bool:
 def too_close(first: Mask, second: Mask, spec: GridSpec) -> BoolArray:
     """(gx * gy, gx * gy) which columns of two robots' end effectors bring their cells together or side by side."""
     gx, gy, _ = spec.shape
-    table = overlap_offsets(grown_cells(first.cells), second.cells)
+    table = overlap_offsets(inflated_cells(first.cells), second.cells)
     x, y = np.divmod(np.arange(gx * gy), gy)
     dx, dy = x[None, :] - x[:, None], y[None, :] - y[:, None]
     reach = table.shape[0] // 2
@@ -208,11 +208,11 @@ def overlap_offsets(first: IntArray, second: IntArray) -> BoolArray:
     return table
 
 
-def grown_cells(cells: IntArray) -> IntArray:
+def inflated_cells(cells: IntArray) -> IntArray:
     """Cells (n, 3) with all their 26 neighbours, (m, 3)."""
     around = np.argwhere(np.ones((3, 3, 3), dtype=bool)) - 1
-    grown: IntArray = np.unique((cells[:, None, :] + around).reshape(-1, 3), axis=0)
-    return grown
+    inflated: IntArray = np.unique((cells[:, None, :] + around).reshape(-1, 3), axis=0)
+    return inflated
 
 
 def _goal_column(scene: PlanScene, robot: SceneRobot) -> Optional[Tuple[int, int]]:

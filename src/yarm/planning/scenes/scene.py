@@ -9,8 +9,8 @@ from typing import Dict, Mapping, Optional, Tuple
 import numpy as np
 
 from yarm.geometry import BoolArray, GridSpec, IntArray, Mask, wrap_angle
-from yarm.planning.shapes import ankurbot_mask
-from yarm.planning.types import Column, Goal, PlanRequest, Robot
+from yarm.planning.model.types import Column, Goal, PlanRequest, Robot, without_robots
+from yarm.robots.ankurbot import ankurbot_mask
 
 SAME_YAW_RAD = math.radians(0.01)
 """Headings closer than this are the same for a robot given by its cells."""
@@ -87,13 +87,10 @@ class PlanScene:
         at = self.starts() if stands is None else stands
         masks = {robot.name: robot.mask(self.spec, at[robot.name].yaw_rad) for robot in self.robots}
         fleet = tuple(Robot(name, at[name].column, at[name].yaw_rad, mask) for name, mask in masks.items())
-        grid = self.occupied().astype(np.int8)
-        for robot in fleet:
-            inside = robot.cells[self.spec.contains(robot.cells)]
-            grid[tuple(inside.T)] = np.minimum(grid[tuple(inside.T)] + 1, 2)
+        standing = without_robots(self.spec, self.occupied(), fleet)
         objects = {f"boxes[{i}]": _cells_of(box) for i, box in enumerate(self.boxes)}
         given = self.assignments if assignments is None else assignments
-        return PlanRequest(self.spec, grid, fleet, dict(self.goals), dict(given), objects)
+        return PlanRequest(self.spec, standing, fleet, dict(self.goals), dict(given), objects)
 
 
 def _cells_of(box: Box) -> IntArray:

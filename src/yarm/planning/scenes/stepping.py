@@ -8,9 +8,9 @@ from typing import Callable, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
 
-from yarm.planning.checker import check_step, chessboard_clearance, robotless_map, sweep_of
-from yarm.planning.scene import PlanScene, Stand
-from yarm.planning.types import FleetPlan, FleetPlanner, PlanRequest, PlanStatus, StepCheck, Waypoint
+from yarm.planning.model.types import FleetPlan, FleetPlanner, PlanRequest, PlanStatus, StepCheck, Waypoint
+from yarm.planning.scenes.scene import PlanScene, Stand
+from yarm.planning.verification.checker import check_step, chessboard_clearance, robotless_map, sweep_of
 
 SAME_YAW_RAD = math.radians(1.0)
 """A goal's heading is reached within this."""
@@ -26,7 +26,7 @@ class SteppedRun:
             more or the steps run out.
         reason: why it is not SOLVED.
         steps: steps in which somebody moved.
-        refused: steps that the checker refused, so that nobody moved.
+        refused: steps that the checker refused, so that nobody moved if it was heeded.
         refusals: the checker's reasons, in order.
         sum_of_costs: way travelled by all robots, cells.
         makespan: sum over the steps of the longest way of a robot in it, cells (all wait for the last).
@@ -64,6 +64,7 @@ def step_to_end(
     patience: int = 5,
     observe: Optional[StepObserver] = None,
     clearance: bool = True,
+    heed_checker: bool = True,
 ) -> SteppedRun:
     """Step the scene's robots until all goals are reached or planning ends.
 
@@ -76,6 +77,7 @@ def step_to_end(
         patience: plans in a row without any motion before giving up.
         observe: called with every request, its plan and the checker's verdict, before anybody moves.
         clearance: also measure ``min_clearance_cells``.
+        heed_checker: nobody moves in a step that the checker refuses; else the robots make it all the same.
     """
     planner.reset()
     given = dict(scene.assignments if assignments is None else assignments)
@@ -99,7 +101,7 @@ def step_to_end(
         if not verdict.safe:
             run.refused += 1
             run.refusals.append(verdict.reason)
-            moves = {}
+            moves = {} if heed_checker else moves
         run.status, run.reason = plan.status, plan.reason
         if plan.status not in (PlanStatus.SOLVED, PlanStatus.TIMEOUT) and not moves:
             return run

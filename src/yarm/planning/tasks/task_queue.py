@@ -12,17 +12,23 @@ The Commander's loop around it::
         plan = planner.plan(request, rng)              # ... send the steps, wait for arrival ...
         for robot in robots:
             task = queue.task_of(robot.name)
-            if task is not None and arrived(robot, task.goal, spec):
-                queue.pop(robot.name)                  # a task of kind "Clear" has no body: nothing to delete
+            if task is not None and robot.column == task.goal.column:
+                queue.pop(robot.name)                  # its task says DELETING where there is a body to delete
+                                                       # ... queue.deleted(name) when it has been deleted
 
 - ``update`` drops goals that are no longer shown (their robot is idle again), follows those that moved, adds new ones.
-- ``process`` assigns idle robots: debris before targets before homes, the sum of the travel distances least. A goal no
+- ``process`` assigns idle robots: debris before targets before homes, the sum of the travel distances least (the
+  assignment problem of H. W. Kuhn, 1955, solved as in D. F. Crouse, "On implementing 2D rectangular assignment
+  algorithms", IEEE Transactions on Aerospace and Electronic Systems 52, 2016). A goal no
   robot can reach is not assigned but listed in ``unreachable`` with the reason, and tried again when the map changes.
   Goals that cannot be held at the same time wait for each other.
-- An idle robot that stands inside ``keep_clear`` is given a goal of kind "Clear", named ``clear/<robot>``, made here: a
+- An idle robot that stands inside ``keep_clear`` is given a goal of kind CLEAR, named ``clear/<robot>``, made here: a
   place outside where it blocks nobody. Idle robots elsewhere are moved by the planner when they block somebody
-  (``RobotPlan`` with an empty goal), without a task.
+  (``RobotPlan`` with an empty goal), without a task; one moved into ``keep_clear`` stays there until those it made way
+  for are done.
 - ``reject(robot, reason)`` gives a goal back that the planner found INFEASIBLE.
+- Everything about a task stands in its one record, also when it is done: ``deleting`` is what somebody has still to
+  delete, ``leaving`` what is done with its body on the map, ``start_over`` forgets the rest for the next mission.
 """
 
 from __future__ import annotations
@@ -30,28 +36,42 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Collection, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from yarm.geometry import BoolArray, FloatArray, GridSpec, wrap_angle
-from yarm.planning.params import TaskParams
-from yarm.planning.travel import Travel
-from yarm.planning.types import Goal, PlanRequest, Robot
+from yarm.geometry import BoolArray, FloatArray
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import Goal, GoalKind, PlanRequest, Robot
+from yarm.planning.tasks.aside import StoodAside
+from yarm.planning.tasks.travel import Travel
 
-KIND_ORDER = ("Clear", "Debris", "Target", "Home")
+KIND_ORDER = (GoalKind.CLEAR, GoalKind.DEBRIS, GoalKind.TARGET, GoalKind.HOME)
 """Kinds of goals, most urgent first."""
 
-_FAR = 1e7
+LEAVING_CELLS = 1e4
+"""What taking a robot off a less urgent goal counts in the assignment: more than any way, so idle robots go first."""
+NO_WAY_CELLS = 1e7
+"""What a pair without a way counts there: more than any robot taken off its goal."""
+
+BODIES = (GoalKind.DEBRIS, GoalKind.TARGET)
+"""Kinds of goals with a body on the map, which is deleted when it is reached."""
 
 
 class TaskStatus(Enum):
-    """What has become of a goal."""
+    """What has become of a goal.
+
+    OPEN, ASSIGNED and UNREACHABLE lead to one another; ASSIGNED ends in DELETING or REACHED, DELETING in REACHED.
+    LEAVING is what an earlier mission has reached and the map still shows; it ends with the body.
+    """
 
     OPEN = "OPEN"
     ASSIGNED = "ASSIGNED"
     UNREACHABLE = "UNREACHABLE"
+    DELETING = "DELETING"
+    REACHED = "REACHED"
+    LEAVING = "LEAVING"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +81,11 @@ class Task:
     Attributes:
         goal: the goal as the map shows it now.
         status: OPEN while it waits.
-        robot: name of its robot; empty while it has none.
-        reason: why it waits or is unreachable; empty when it is served.
+        robot: name of its robot, also of the one that has reached it; empty while it has none.
+        reason: why it waits, is unreachable, or its robot does not come nearer; empty when all is well.
         distance_cells: travel distance of its robot when it was assigned, cells.
+        since_s: when it came to this status and robot, or its deletion was last asked for, s; NaN when nobody said.
+        on_map: the map shows its body; kept up to date by ``see`` once the task is done.
     """
 
     goal: Goal
@@ -71,9 +93,11 @@ class Task:
     robot: str = ""
     reason: str = ""
     distance_cells: float = math.nan
+    since_s: float = math.nan
+    on_map: bool = True
 
     @property
-    def kind(self) -> str:
+    def kind(self) -> GoalKind:
         """Kind of the goal."""
         return self.goal.kind
 
@@ -81,14 +105,20 @@ class Task:
 class TaskQueue:
     """Open goals, idle robots, and who serves what. Not thread safe."""
 
-    def __init__(self, params: Optional[TaskParams] = None) -> None:
-        """Empty."""
-        self._params = params or TaskParams()
+    def __init__(self, params: Optional[PlannerParams] = None) -> None:
+        """Empty.
+
+        Args:
+            params: those of the planner that will plan for the pairs; distances are measured with its turns.
+        """
+        self._params = params or PlannerParams()
         self._robots: Dict[str, Robot] = {}
         self._tasks: Dict[str, Task] = {}
+        self._done: Dict[str, Task] = {}
+        self._now_s = math.nan
         self._rejected: Dict[Tuple[str, str], Tuple[str, int]] = {}
         self._map_key = 0
-        self._must_clear: Set[str] = set()
+        self._aside = StoodAside()
 
     @property
     def tasks(self) -> Tuple[Task, ...]:
@@ -111,6 +141,21 @@ class TaskQueue:
         return {n: task.reason for n, task in self._tasks.items() if task.status is TaskStatus.UNREACHABLE}
 
     @property
+    def finished(self) -> Tuple[Task, ...]:
+        """What robots have reached since the last ``start_over``, deleted or not, without goals of kind CLEAR."""
+        return tuple(task for task in self._done.values() if task.status is not TaskStatus.LEAVING)
+
+    @property
+    def deleting(self) -> Tuple[Task, ...]:
+        """What was reached and has still to be deleted, by name."""
+        return tuple(task for _, task in sorted(self._done.items()) if task.status is TaskStatus.DELETING)
+
+    @property
+    def leaving(self) -> Set[str]:
+        """Names of what is done and whose body the map still shows: neither a goal any more nor in the way."""
+        return {name for name, task in self._done.items() if task.on_map}
+
+    @property
     def idle(self) -> Tuple[str, ...]:
         """Robots without a goal, by name."""
         busy = self.assignments
@@ -125,34 +170,37 @@ class TaskQueue:
         """Task of a robot; None when it has none."""
         return next((task for task in self._tasks.values() if task.robot == robot), None)
 
-    def update(self, robots: Sequence[Robot], goals: Sequence[Goal]) -> Tuple[str, ...]:
+    def update(self, robots: Sequence[Robot], goals: Sequence[Goal], now_s: float = math.nan) -> Tuple[str, ...]:
         """Take over what the map shows now.
 
         Args:
             robots: every mobile robot; a goal of one that is no longer there is open again.
-            goals: every goal not done, without those of kind "Clear".
+            goals: every goal not done, without those of kind CLEAR.
+            now_s: time of the map, s; what ``process`` and ``reject`` change after it is written down with it.
 
         Returns:
             names of assigned goals that have vanished, or moved to another column.
         """
+        self._now_s = now_s
         self._robots = {robot.name: robot for robot in robots}
         shown = {goal.name: goal for goal in goals}
         changed: List[str] = []
         for name, task in list(self._tasks.items()):
             goal = shown.get(name)
-            if goal is None and not (task.kind == "Clear" and task.robot in self._robots):
+            if goal is None and not (task.kind is GoalKind.CLEAR and task.robot in self._robots):
                 del self._tasks[name]
-                changed += [name] * bool(task.robot)
+                if task.robot:
+                    changed.append(name)
             elif goal is not None:
-                moved = goal.column != task.goal.column
-                changed += [name] * (moved and bool(task.robot))
+                if task.robot and goal.column != task.goal.column:
+                    changed.append(name)
                 self._tasks[name] = replace(task, goal=goal)
         for name, task in self._tasks.items():
             if task.robot and task.robot not in self._robots:
-                self._tasks[name] = Task(task.goal)
+                self._tasks[name] = Task(task.goal, since_s=now_s)
         for name, goal in shown.items():
             if name not in self._tasks:
-                self._tasks[name] = Task(goal)
+                self._tasks[name] = Task(goal, since_s=now_s)
         return tuple(changed)
 
     def process(self, request: PlanRequest, keep_clear: Optional[BoolArray] = None) -> Tuple[Task, ...]:
@@ -169,25 +217,108 @@ class TaskQueue:
             tasks assigned now.
         """
         self._robots = {robot.name: robot for robot in request.robots}
-        self._map_key = hash((np.asarray(request.grid) != 0).tobytes())
-        before = dict(self.assignments)
-        travel = Travel(replace(request, goals=self.goals, assignments={}), self._params.turns_deg)
+        self._map_key = _map_key(request)
+        before, records = dict(self.assignments), dict(self._tasks)
+        travel = Travel(replace(request, goals=self.goals, assignments={}), self._params)
         self._open_again()
         self._assign(travel)
         if keep_clear is not None:
             self._clear(travel, np.asarray(keep_clear, dtype=np.bool_))
+        for name, task in self._tasks.items():
+            old = records.get(name)
+            stays = old is not None and (old.status, old.robot) == (task.status, task.robot)
+            self._tasks[name] = replace(task, since_s=old.since_s if old is not None and stays else self._now_s)
         return tuple(task for task in self.tasks if task.robot and before.get(task.robot) != task.goal.name)
 
-    def pop(self, robot: str) -> Task:
-        """Free a robot whose goal is done, and forget the goal.
+    def claim(self, goals: Sequence[Goal]) -> None:
+        """Give goals that are each for one robot to it, with no regard to the way.
+
+        Raises:
+            ValueError: a goal is for nobody, or its robot has another one.
+        """
+        for goal in goals:
+            task = self.task_of(goal.robot)
+            if not goal.robot:
+                raise ValueError(f"{goal.name} is for no robot in particular: assign it with process")
+            if task is not None and task.goal.name != goal.name:
+                raise ValueError(f"{goal.name} cannot be given to {goal.robot}, which serves {task.goal.name}")
+            self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, goal.robot, since_s=self._now_s)
+
+    def pop(self, robot: str, now_s: float = math.nan) -> Task:
+        """Free a robot whose goal is done.
+
+        Args:
+            robot: its name.
+            now_s: the time, s.
+
+        Returns:
+            the task as it is now: DELETING when it has a body, else REACHED. One of kind CLEAR is forgotten.
 
         Raises:
             KeyError: the robot has no goal.
         """
-        task = self.task_of(robot)
+        task = self._assigned(robot)
+        name = task.goal.name
+        del self._tasks[name]
+        body = task.kind in BODIES
+        status = TaskStatus.DELETING if body else TaskStatus.REACHED
+        task = replace(task, status=status, reason="", since_s=now_s, on_map=body)
+        if task.kind is not GoalKind.CLEAR:
+            self._done[name] = task
+        return task
+
+    def note(self, robot: str, reason: str) -> None:
+        """Write down why a robot does not come nearer to its goal; empty when it does.
+
+        Raises:
+            KeyError: the robot has no goal.
+        """
+        task = self._assigned(robot)
+        self._tasks[task.goal.name] = replace(task, reason=reason)
+
+    def ask_again(self, name: str, now_s: float) -> None:
+        """The deletion of something reached is asked for once more.
+
+        Raises:
+            KeyError: it is not being deleted.
+        """
+        self._done[name] = replace(self._being_deleted(name), since_s=now_s)
+
+    def deleted(self, name: str, now_s: float = math.nan) -> None:
+        """Something reached has been deleted; the map may show it a little longer.
+
+        Raises:
+            KeyError: it is not being deleted.
+        """
+        self._done[name] = replace(self._being_deleted(name), status=TaskStatus.REACHED, since_s=now_s)
+
+    def see(self, names: Collection[str]) -> None:
+        """Take over which objects the map shows: what is done and not among them has left it."""
+        for name, task in list(self._done.items()):
+            if name not in names and task.status is TaskStatus.LEAVING:
+                del self._done[name]
+            elif name not in names:
+                self._done[name] = replace(task, on_map=False)
+
+    def start_over(self) -> None:
+        """Forget every task, for another mission, but what is done and still on the map: that stays no goal.
+
+        A deletion that was not answered is not asked for again.
+        """
+        shown = {name: replace(task, status=TaskStatus.LEAVING) for name, task in self._done.items() if task.on_map}
+        self._robots, self._tasks, self._done, self._rejected = {}, {}, shown, {}
+        self._map_key, self._now_s, self._aside = 0, math.nan, StoodAside()
+
+    def _assigned(self, robot: str) -> Task:
+        task = self.task_of(robot) if robot else None
         if task is None:
             raise KeyError(f"robot {robot} has no goal")
-        del self._tasks[task.goal.name]
+        return task
+
+    def _being_deleted(self, name: str) -> Task:
+        task = self._done.get(name) or self._tasks.get(name)
+        if task is None or task.status is not TaskStatus.DELETING:
+            raise KeyError(f"{name} is not being deleted: it is {task.status.value if task else 'unknown'}")
         return task
 
     def reject(self, robot: str, reason: str) -> None:
@@ -195,8 +326,8 @@ class TaskQueue:
         task = self.task_of(robot)
         if task is not None:
             self._rejected[robot, task.goal.name] = (reason, self._map_key)
-            self._tasks[task.goal.name] = Task(task.goal, TaskStatus.OPEN, "", reason)
-            if task.kind == "Clear":
+            self._tasks[task.goal.name] = Task(task.goal, TaskStatus.OPEN, "", reason, since_s=self._now_s)
+            if task.kind is GoalKind.CLEAR:
                 del self._tasks[task.goal.name]
 
     def _open_again(self) -> None:
@@ -216,32 +347,36 @@ class TaskQueue:
             if not task.robot and task.status is TaskStatus.OPEN:
                 self._tasks[name] = self._waiting(travel, task)
 
-    def _available(self, kind: str) -> List[str]:
+    def _available(self, kind: GoalKind) -> List[str]:
         """Idle robots, and those that serve something less urgent."""
         rank = KIND_ORDER.index(kind)
         robots = []
         for name in sorted(self._robots):
             task = self.task_of(name)
-            if task is None or KIND_ORDER.index(task.kind) > rank or task.kind == "Clear":
+            if task is None or KIND_ORDER.index(task.kind) > rank or task.kind is GoalKind.CLEAR:
                 robots.append(name)
         return robots
 
     def _assign_kind(self, travel: Travel, names: List[str], robots: List[str]) -> None:
-        costs: FloatArray = np.full((len(names), len(robots)), _FAR)
-        for i, name in enumerate(names):
-            for j, robot in enumerate(robots):
-                length, _ = self._distance(travel, robot, self._tasks[name].goal)
-                if math.isfinite(length):
-                    busy = self.task_of(robot)
-                    costs[i, j] = length + (1e4 if busy is not None and busy.kind != "Clear" else 0.0)
+        lengths: FloatArray = np.array(
+            [[self._distance(travel, robot, self._tasks[name].goal)[0] for robot in robots] for name in names]
+        ).reshape(len(names), len(robots))
+        busy = np.array([self._is_busy(robot) for robot in robots], dtype=np.bool_)
+        costs = np.where(np.isfinite(lengths), lengths + LEAVING_CELLS * busy, NO_WAY_CELLS)
         rows, columns = linear_sum_assignment(costs)
         for i, j in sorted(zip(rows, columns), key=lambda pair: (costs[pair[0], pair[1]], pair)):
-            if costs[i, j] < _FAR and self._compatible(travel, robots[j], self._tasks[names[i]].goal):
-                self._give(names[i], robots[j], float(costs[i, j]) % 1e4)
+            goal = self._tasks[names[i]].goal
+            if math.isfinite(lengths[i, j]) and self._compatible(travel, robots[j], goal):
+                self._give(names[i], robots[j], float(lengths[i, j]))
+
+    def _is_busy(self, robot: str) -> bool:
+        """Whether a robot serves a goal of somebody's; making room is none."""
+        task = self.task_of(robot)
+        return task is not None and task.kind is not GoalKind.CLEAR
 
     def _give(self, name: str, robot: str, length: float) -> None:
         left = self.task_of(robot)
-        if left is not None and left.kind == "Clear":
+        if left is not None and left.kind is GoalKind.CLEAR:
             del self._tasks[left.goal.name]
         elif left is not None:
             self._tasks[left.goal.name] = Task(left.goal)
@@ -277,39 +412,23 @@ class TaskQueue:
         return Task(task.goal, TaskStatus.UNREACHABLE, "", "; ".join(reasons) or "there is no mobile robot")
 
     def _clear(self, travel: Travel, keep_clear: BoolArray) -> None:
+        inside = {name: travel.stands_in(name, keep_clear) for name in self.idle}
+        served = [name for name, task in self._tasks.items() if task.robot and task.kind is not GoalKind.CLEAR]
+        aside = self._aside.update(inside, served)
         for name in self.idle:
-            if travel.stands_in(name, keep_clear):
+            if inside[name] and name not in aside:
                 held = [(task.robot, task.goal) for task in self._tasks.values() if task.robot]
                 waiting = [task.goal for task in self._tasks.values() if task.status is TaskStatus.OPEN]
                 place = travel.place_outside(name, keep_clear, held, waiting)
                 if place is not None and (name, f"clear/{name}") not in self._rejected:
-                    goal = Goal(f"clear/{name}", "Clear", place[0], robot=name)
+                    goal = Goal(f"clear/{name}", GoalKind.CLEAR, place[0], robot=name)
                     self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, name, "", place[1])
 
 
-def arrived(robot: Robot, goal: Goal, spec: GridSpec, was_there: bool = False, reach_m: float = 0.06) -> bool:
-    """Whether a robot is at its goal.
-
-    Args:
-        robot: where it is.
-        goal: where it should be.
-        spec: the grid.
-        was_there: it was there before; then it may be as far as 1.5 cells from the centre before it is not any more, so
-            that a robot on the border of two cells does not dither.
-        reach_m: distance to the goal column's centre that is near enough even from the next cell, m.
-
-    Returns:
-        true when its end effector is in the goal's column, or near enough to its centre, at the wanted heading (1 deg).
-    """
-    most = math.radians(2.0 if was_there else 1.0)
-    if goal.yaw_rad is not None and abs(wrap_angle(robot.yaw_rad - goal.yaw_rad)) > most:
-        return False
-    if robot.column == goal.column:
-        return True
-    center = spec.column_center(goal.column)
-    position = robot.position_m or spec.column_center(robot.column)
-    limit = 1.5 * float(spec.resolution[:2].max()) if was_there else reach_m
-    return math.dist(position, center) <= limit
+def _map_key(request: PlanRequest) -> int:
+    """A number that changes when what stands in the map, or a robot, is elsewhere."""
+    standing = np.asarray(request.occupied, dtype=np.bool_).tobytes()
+    return hash((standing, tuple((robot.name, *robot.column, robot.yaw_rad) for robot in request.robots)))
 
 
-__all__ = ["KIND_ORDER", "Task", "TaskQueue", "TaskStatus", "arrived"]
+__all__ = ["BODIES", "KIND_ORDER", "Task", "TaskQueue", "TaskStatus"]

@@ -7,30 +7,31 @@ from dataclasses import replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
 from yarm.geometry import BoolArray
-from yarm.planning import request_check as check
-from yarm.planning.bitboard import Board, Layers, shifted, union
-from yarm.planning.cspace import Pose, RobotSpace, ShapeCache, View, poses_touch
-from yarm.planning.fleet import Fleet
-from yarm.planning.search import even_roadmap, flood, path_cost, reachable
-from yarm.planning.types import Column, Goal, PlanRequest
-from yarm.planning.world import World, turns_of, why_not
+from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, shifted, union
+from yarm.planning.cspace.robot_space import Pose, RobotSpace, ShapeCache, View, poses_touch
+from yarm.planning.fleet.fleet import Fleet
+from yarm.planning.fleet.problem import PlanningProblem, explain_failure, turns_of
+from yarm.planning.model import request_check as check
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import Column, Goal, PlanRequest
+from yarm.planning.roadmap.roadmap import even_roadmap
+from yarm.planning.roadmap.search import flood, path_cost, reachable
 
 Held = Tuple[str, Goal]
 """A robot and the goal it holds."""
-
-_PARTICLES = 333
 
 
 class Travel:
     """Distances between robots and goals in one map, the robots themselves taken away, each made when asked for."""
 
-    def __init__(self, request: PlanRequest, turns_deg: Sequence[float]) -> None:
+    def __init__(self, request: PlanRequest, params: PlannerParams) -> None:
         """Map, robots and goals of a request; its assignments are not read."""
         self._request = request
-        self._turns = turns_of(turns_deg)
+        self._particles = params.particles
+        self._turns = turns_of(params.turns_deg, params.turn_deg_per_cell)
         self._cache = ShapeCache()
         self._robots = {robot.name: robot for robot in request.robots}
-        self._worlds: Dict[Tuple[str, str], Optional[World]] = {}
+        self._worlds: Dict[Tuple[str, str], Optional[PlanningProblem]] = {}
         self._arrived: Dict[Tuple[str, str], List[Pose]] = {}
         self._distances: Dict[Tuple[str, str], Tuple[float, str]] = {}
 
@@ -42,32 +43,32 @@ class Travel:
         return self._distances[key]
 
     def _measure(self, robot: str, goal: Goal) -> Tuple[float, str]:
-        world = self._world(robot, goal)
+        problem = self._problem(robot, goal)
         request = replace(self._request, assignments={robot: goal.name}, goals={goal.name: goal})
         fault = check.world_fault(request) or check.robot_fault(self._robots[robot], request)
         fault = fault or check.goal_fault(self._robots[robot], request)
-        if fault or world is None:
+        if fault or problem is None:
             return math.inf, fault if isinstance(fault, str) else (fault[1] if fault else f"{robot} is not there")
-        _, roadmap = even_roadmap((request.spec.shape[0], request.spec.shape[1]), _PARTICLES, 0)
-        fleet = Fleet(world.spaces, world.targets, roadmap)
+        roadmap = even_roadmap((request.spec.shape[0], request.spec.shape[1]), self._particles, 0)
+        fleet = Fleet(problem.spaces, problem.targets, roadmap)
         path = fleet.alone(0)
         if path is None:
-            return math.inf, why_not(world, fleet, 0)[1]
+            return math.inf, explain_failure(problem, fleet, 0)[1]
         return path_cost(fleet.view(0, fleet.starts), path), ""
 
-    def _world(self, robot: str, goal: Optional[Goal]) -> Optional[World]:
+    def _problem(self, robot: str, goal: Optional[Goal]) -> Optional[PlanningProblem]:
         key = (robot, "" if goal is None else goal.name)
         if key not in self._worlds:
             goals = {} if goal is None else {goal.name: goal}
             assignments = {} if goal is None else {robot: goal.name}
             request = replace(self._request, assignments=assignments, goals=goals)
             usable = not check.world_fault(request)
-            self._worlds[key] = World.of(request, self._turns, self._cache, robot) if usable else None
+            self._worlds[key] = PlanningProblem.of(request, self._turns, self._cache, robot) if usable else None
         return self._worlds[key]
 
     def compatible(self, one: str, goal: Goal, other: str, other_goal: Goal) -> bool:
         """Whether two robots can stand on two goals at the same time, the margin between them."""
-        first, second = self._world(one, goal), self._world(other, other_goal)
+        first, second = self._problem(one, goal), self._problem(other, other_goal)
         if first is None or second is None:
             return False
         mine, theirs = self._arrivals(one, goal), self._arrivals(other, other_goal)
@@ -77,10 +78,10 @@ class Travel:
         """Poses on a goal that a robot can come to."""
         key = (robot, goal.name)
         if key not in self._arrived:
-            world = self._world(robot, goal)
-            poses = [] if world is None else _stands(world)
-            if world is not None and len(poses) > 1:
-                space = world.spaces[0]
+            problem = self._problem(robot, goal)
+            poses = [] if problem is None else _stands(problem)
+            if problem is not None and len(poses) > 1:
+                space = problem.spaces[0]
                 reached = reachable(View(space, ()), space.start)
                 poses = [(x, y, h) for x, y, h in poses if reached[h] >> space.layout.bit(x, y) & 1]
             self._arrived[key] = poses
@@ -106,20 +107,20 @@ class Travel:
         Returns:
             the place, and its cost, cells; None when there is none.
         """
-        world = self._world(robot, None)
-        if world is None:
+        problem = self._problem(robot, None)
+        if problem is None:
             return None
-        space, layout = world.spaces[0], world.layout
-        board = layout.board_of_image(columns)
-        leave: Layers = tuple(board for _ in range(layout.shape[2]))
+        space, layout = problem.spaces[0], problem.layout
+        column_set = layout.set_of_image(columns)
+        leave: CellSet = tuple(column_set for _ in range(layout.shape[2]))
         others = self._present(robot)
         for taken in (self._taken(robot, held, waiting), self._taken(robot, held, ()), []):
             keep_free = leave
-            for layers in [*others, *taken]:
-                keep_free = union(keep_free, layers)
+            for cell_set in [*others, *taken]:
+                keep_free = union(keep_free, cell_set)
             view = View(space, ())
 
-            def wanted(h: int, keep_free: Layers = keep_free, view: View = view) -> Board:
+            def wanted(h: int, keep_free: CellSet = keep_free, view: View = view) -> ColumnSet:
                 return layout.field & ~space.shape(h).blocked_by(keep_free) & ~view.blocked(h)
 
             way = flood(view, space.start, wanted)
@@ -127,30 +128,30 @@ class Travel:
                 return way[-1][:2], path_cost(view, way)
         return None
 
-    def _present(self, robot: str) -> List[Layers]:
+    def _present(self, robot: str) -> List[CellSet]:
         """The other robots, with their margin, where they stand."""
-        layers = []
+        cell_set = []
         for other in self._robots:
-            world = None if other == robot else self._world(other, None)
-            if world is not None:
-                layers.append(_grown_at(world.spaces[0], world.spaces[0].start))
-        return layers
+            problem = None if other == robot else self._problem(other, None)
+            if problem is not None:
+                cell_set.append(_grown_at(problem.spaces[0], problem.spaces[0].start))
+        return cell_set
 
-    def _taken(self, robot: str, held: Sequence[Held], waiting: Sequence[Goal]) -> List[Layers]:
+    def _taken(self, robot: str, held: Sequence[Held], waiting: Sequence[Goal]) -> List[CellSet]:
         """The other robots, with their margin, on goals they hold or may be given."""
         pairs = [(other, goal) for other, goal in held if other != robot]
         pairs += [(other, goal) for goal in waiting for other in self._robots if goal.robot in ("", other)]
-        layers = []
+        cell_set = []
         for other, goal in pairs:
-            world = self._world(other, goal)
-            if world is not None:
-                layers += [_grown_at(world.spaces[0], pose) for pose in self._arrivals(other, goal)]
-        return layers
+            problem = self._problem(other, goal)
+            if problem is not None:
+                cell_set += [_grown_at(problem.spaces[0], pose) for pose in self._arrivals(other, goal)]
+        return cell_set
 
 
-def _stands(world: World) -> List[Pose]:
+def _stands(problem: PlanningProblem) -> List[Pose]:
     """Poses in which the one robot of a world can stand on its target."""
-    target, space = world.targets[0], world.spaces[0]
+    target, space = problem.targets[0], problem.spaces[0]
     if target is None:
         return []
     view = View(space, ())
@@ -159,6 +160,6 @@ def _stands(world: World) -> List[Pose]:
     return [pose for pose in poses if view.stands(pose)]
 
 
-def _grown_at(space: RobotSpace, pose: Pose) -> Layers:
+def _grown_at(space: RobotSpace, pose: Pose) -> CellSet:
     offset = pose[0] * space.layout.stride + pose[1]
-    return tuple(shifted(layer, offset) for layer in space.shape(pose[2]).grown)
+    return tuple(shifted(layer, offset) for layer in space.shape(pose[2]).inflated)

@@ -18,13 +18,14 @@ from typing import Any, Dict, List, NoReturn, Optional, Sequence, TextIO
 import numpy as np
 
 from yarm.params import ParamError, build
-from yarm.planning.assignment import assign_goals
-from yarm.planning.params import PlannerParams
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import FleetPlan, PlanStatus
 from yarm.planning.registry import PLANNER_NAMES, PlannerUnavailableError, make_planner
-from yarm.planning.scene import PlanScene
-from yarm.planning.scene_file import SceneError, load_scene
-from yarm.planning.stepping import SteppedRun, step_to_end
-from yarm.planning.types import FleetPlan, PlanStatus
+from yarm.planning.roadmap.particles import threshold_particles
+from yarm.planning.scenes.assignment import assign_goals
+from yarm.planning.scenes.scene import PlanScene
+from yarm.planning.scenes.scene_file import SceneError, load_scene
+from yarm.planning.scenes.stepping import SteppedRun, step_to_end
 
 EXIT_CODES = {
     PlanStatus.SOLVED: 0,
@@ -56,13 +57,13 @@ def main(argv: Optional[Sequence[str]] = None, out: Optional[TextIO] = None, err
     stdout, stderr = out or sys.stdout, err or sys.stderr
     try:
         options = _parser().parse_args(argv)
-        params = _params(options)
         scene = load_scene(options.scene)
+        params = _params(options, scene)
         if options.seed < 0:
             raise _UsageError(f"--seed = {options.seed}: expected a whole number >= 0")
         report, plan, run = _solve(scene, options, params)
         if options.plot is not None:
-            _plot(options.plot, scene, plan, run, params)
+            _plot(options.plot, scene, plan, run)
     except (_UsageError, SceneError, ParamError, PlannerUnavailableError, OSError) as error:
         stderr.write(f"plan_scene: {error}\n")
         return BAD_INPUT
@@ -73,8 +74,13 @@ def main(argv: Optional[Sequence[str]] = None, out: Optional[TextIO] = None, err
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="plan_scene", description="Plan a scene, or step it to the end as the Commander would.")
     parser.add_argument("scene", type=Path, help="planning scene, YAML")
-    parser.add_argument("--planner", choices=PLANNER_NAMES, default="yarm", help="default: %(default)s")
-    parser.add_argument("--particles", help=f"number of particles; default: {PlannerParams().particles}")
+    planners = f"{', '.join(PLANNER_NAMES)}, or module:Class of your own; default: %(default)s"
+    parser.add_argument("--planner", default="yarm", help=planners)
+    parser.add_argument("--particles", help=f"number of particles; default: {PlannerParams.particles}")
+    parser.add_argument(
+        "--threshold",
+        help="in place of --particles: the threshold t of the publication (5): gx gy gz / (30 t) particles",
+    )
     parser.add_argument("--turns", help="turns about the end effector, degrees, for instance 0,90,-90")
     parser.add_argument("--seed", type=int, default=0, help="seed of the random generator; default: %(default)s")
     parser.add_argument(
@@ -85,13 +91,24 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _params(options: argparse.Namespace) -> PlannerParams:
+def _params(options: argparse.Namespace, scene: PlanScene) -> PlannerParams:
     values: Dict[str, Any] = {}
+    if options.particles is not None and options.threshold is not None:
+        raise _UsageError("--particles and --threshold: expected one of them, both say how many particles")
+    if options.threshold is not None:
+        values["particles"] = _threshold_particles(options.threshold, scene)
     if options.particles is not None:
         values["particles"] = _number(options.particles, int)
     if options.turns is not None:
         values["turns_deg"] = tuple(_number(part, float) for part in options.turns.split(","))
     return build(PlannerParams, values, "options")
+
+
+def _threshold_particles(text: str, scene: PlanScene) -> int:
+    try:
+        return threshold_particles(scene.spec.shape, float(text))
+    except ValueError as error:
+        raise _UsageError(f"--threshold = {text}: {error}") from error
 
 
 def _number(text: str, kind: Any) -> Any:
@@ -102,7 +119,10 @@ def _number(text: str, kind: Any) -> Any:
 
 
 def _solve(scene: PlanScene, options: argparse.Namespace, params: PlannerParams) -> Any:
-    planner = make_planner(options.planner, params)
+    try:
+        planner = make_planner(options.planner, params)
+    except KeyError as error:
+        raise _UsageError(f"--planner: {error.args[0]}") from error
     rng = np.random.default_rng(options.seed)
     assignment = assign_goals(scene, params)
     run: Optional[SteppedRun] = None
@@ -169,9 +189,7 @@ def _text(report: Dict[str, Any]) -> str:
     return "\n".join([*lines, "  " + ", ".join(numbers)]) + "\n"
 
 
-def _plot(
-    path: Path, scene: PlanScene, plan: Optional[FleetPlan], run: Optional[SteppedRun], params: PlannerParams
-) -> None:
-    from yarm.planning.plot import draw_scene  # matplotlib is slow to import and only needed here  # noqa: PLC0415
+def _plot(path: Path, scene: PlanScene, plan: Optional[FleetPlan], run: Optional[SteppedRun]) -> None:
+    from yarm.planning.tools.plot import draw_scene  # matplotlib is slow to import and only needed here  # noqa: PLC0415
 
-    draw_scene(scene, plan, path, None if run is None else run.trails, params.turns_deg)
+    draw_scene(scene, plan, path, None if run is None else run.trails)

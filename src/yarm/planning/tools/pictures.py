@@ -1,6 +1,6 @@
 """The pictures of docs/planning.md, drawn by the code they explain.
 
-python3 -m yarm.planning.pictures docs/images
+python3 -m yarm.planning.tools.pictures docs/images
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from yarm.planning.graph import delaunay_edges
-from yarm.planning.oracle import Shape, Space
-from yarm.planning.params import PlannerParams
-from yarm.planning.particles import random_particles
-from yarm.planning.plot import COLORS, draw_graph, draw_map, draw_obstacle, draw_robot, draw_scene
+from yarm.planning.model.params import PlannerParams
 from yarm.planning.registry import make_planner
-from yarm.planning.scene import PlanScene, Stand
-from yarm.planning.scene_file import load_scene
-from yarm.planning.stepping import step_to_end
+from yarm.planning.roadmap.graph import delaunay_edges
+from yarm.planning.roadmap.particles import random_particles
+from yarm.planning.scenes.oracle import Shape, Space
+from yarm.planning.scenes.scene import PlanScene, Stand
+from yarm.planning.scenes.scene_file import load_scene
+from yarm.planning.scenes.stepping import step_to_end
+from yarm.planning.tools.plot import COLORS, draw_graph, draw_map, draw_obstacle, draw_robot, draw_scene
 from yarm.resources import resource
 
 
@@ -53,7 +53,10 @@ def _particles(scene: PlanScene, path: Path) -> Path:
     random = random_particles(PlannerParams().particles, scene.spec.shape[:2], np.random.default_rng(1))
     distinct = np.unique(random, axis=0)
     plan = make_planner("yarm").plan(request, np.random.default_rng(1))
-    sets = [("original: random draws", distinct, delaunay_edges(distinct)), ("yarm: even", plan.particles, plan.edges)]
+    sets = [
+        ("original: random draws", distinct, delaunay_edges(distinct)),
+        ("yarm: even", plan.graph.particles, plan.graph.edges),
+    ]
     for i, (title, particles, edges) in enumerate(sets):
         axes = figure.add_subplot(1, 2, i + 1)
         draw_map(axes, scene)

@@ -12,9 +12,9 @@ from matplotlib.colors import ListedColormap, to_rgba
 from matplotlib.figure import Figure
 
 from yarm.geometry import BoolArray, GridSpec, IntArray
-from yarm.planning.oracle import Shape, Space
-from yarm.planning.scene import PlanScene, SceneRobot, Stand
-from yarm.planning.types import FleetPlan
+from yarm.planning.model.types import FleetPlan
+from yarm.planning.scenes.oracle import Shape, Space
+from yarm.planning.scenes.scene import PlanScene, SceneRobot, Stand
 
 COLORS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#e377c2")
 """One colour for each robot, in order, again from the first after the last."""
@@ -25,7 +25,6 @@ def draw_scene(
     plan: Optional[FleetPlan],
     path: Path,
     trails: Optional[Mapping[str, Sequence[Stand]]] = None,
-    turns_deg: Sequence[float] = (0.0, 90.0, -90.0),
     obstacle_of: Optional[str] = None,
 ) -> None:
     """Write a picture of a scene seen from above, axes in cells.
@@ -35,7 +34,6 @@ def draw_scene(
         plan: its particles, edges and paths are drawn; None for none.
         path: file to write; its ending says the format.
         trails: places each robot came through, drawn instead of the plan's paths.
-        turns_deg: turns of the planner, for the configuration-space obstacle.
         obstacle_of: robot whose configuration-space obstacle (at its first heading) is drawn; the first one by default.
     """
     gx, gy, _ = scene.spec.shape
@@ -44,9 +42,9 @@ def draw_scene(
     axes = figure.add_subplot()
     draw_map(axes, scene)
     owner = next((r for r in scene.robots if r.name == obstacle_of), scene.robots[0])
-    draw_obstacle(axes, Space(Shape(owner, scene.spec, turns_deg), scene.occupied()).free[0])
+    draw_obstacle(axes, Space(Shape(owner, scene.spec, ()), scene.occupied()).free[0])
     if plan is not None:
-        draw_graph(axes, plan.particles, plan.edges)
+        draw_graph(axes, plan.graph.particles, plan.graph.edges)
     for i, robot in enumerate(scene.robots):
         color = COLORS[i % len(COLORS)]
         stands = _way(robot, plan, trails)
@@ -64,7 +62,9 @@ def draw_scene(
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right")
     status = (
-        "" if plan is None else f" - {plan.status.value}, {len(plan.particles)} particles, {plan.planning_ms:.1f} ms"
+        ""
+        if plan is None
+        else f" - {plan.status.value}, {len(plan.graph.particles)} particles, {plan.planning_ms:.1f} ms"
     )
     axes.set_title(f"{scene.name}{status}")
     figure.savefig(str(path), dpi=110)

@@ -11,7 +11,7 @@ from typing import Dict, List, Set, Tuple
 
 import numpy as np
 
-from yarm.planning.types import FleetPlan, PlanRequest, Robot, Waypoint
+from yarm.planning.model.types import FleetPlan, PlanRequest, Robot, Waypoint
 
 Cell = Tuple[int, int, int]
 STEP_CELLS = 0.2
@@ -28,7 +28,7 @@ def touches(request: PlanRequest, plan: FleetPlan) -> List[str]:
         entry = plan.robots.get(robot.name)
         step = None if entry is None else entry.step
         entered[robot.name] = start[robot.name] | (set() if step is None else _simulate(request, robot, step))
-    taken = _taken(request, start)
+    taken = _taken(request)
     found = []
     for i, robot in enumerate(request.robots):
         name = robot.name
@@ -50,10 +50,8 @@ def _cells(robot: Robot) -> Set[Cell]:
     return {(int(x), int(y), int(z)) for x, y, z in robot.cells}
 
 
-def _taken(request: PlanRequest, start: Dict[str, Set[Cell]]) -> Set[Cell]:
-    taken = {(int(x), int(y), int(z)) for x, y, z in np.argwhere(np.asarray(request.grid) != 0)}
-    for cells in start.values():
-        taken -= cells
+def _taken(request: PlanRequest) -> Set[Cell]:
+    taken = {(int(x), int(y), int(z)) for x, y, z in np.argwhere(request.occupied)}
     for name in request.assignments.values():
         if name in request.goals:
             taken -= {(int(x), int(y), int(z)) for x, y, z in request.goals[name].cells}

@@ -3,9 +3,10 @@
 The planners work on column images and tables; this module works on the motion itself. A robot is a set of solid cells.
 On the way to a waypoint each cell's square first turns about the end effector (dense angles, each square tested exactly
 against the cells it may overlap), then slides to the centre of the waypoint's column (the hexagon a sliding square
-sweeps, tested exactly). Every grid cell whose interior is overlapped is swept, and so is every cell the robot occupies
-at the start. This is done for the motion planned, from column centre to column centre, and, when the end effector
-stands off its column's centre, again for the motion it will really make from there.
+sweeps, tested exactly; both by separating axes, S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996). Every
+grid cell whose interior is overlapped is swept, and so is every cell the robot occupies at the start. This is done for
+the motion planned, from column centre to column centre, and, when the end effector stands off its column's centre,
+again for the motion it will really make from there.
 
 A step is safe when, for each robot that moves,
 
@@ -31,7 +32,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from yarm.geometry import BoolArray, FloatArray, IntArray
-from yarm.planning.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
+from yarm.planning.model.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
 
 PENETRATION_M = 1e-6
 """Squares that overlap by less, metres, only touch."""
@@ -83,13 +84,12 @@ def check_step(request: PlanRequest, plan: FleetPlan) -> StepCheck:
 
 
 def robotless_map(request: PlanRequest) -> BoolArray:
-    """(gx, gy, gz) occupied cells but those of robots and of goals that are assigned."""
-    occupied: BoolArray = np.asarray(request.grid) != 0
-    cleared = [robot.cells for robot in request.robots]
-    cleared += [request.goals[name].cells for name in request.assignments.values() if name in request.goals]
-    for cells in cleared:
-        inside = cells[request.spec.contains(cells)]
-        occupied[tuple(inside.T)] = False
+    """(gx, gy, gz) occupied cells but those of goals that are assigned."""
+    occupied: BoolArray = np.array(request.occupied, dtype=np.bool_)
+    for name in request.assignments.values():
+        if name in request.goals:
+            cells = request.goals[name].cells
+            occupied[tuple(cells[request.spec.contains(cells)].T)] = False
     return occupied
 
 
@@ -100,12 +100,12 @@ def sweep_of(request: PlanRequest, robot: Robot, step: Waypoint | None) -> Sweep
         return Sweep(robot.name, start, start, start, start, False)
     size = np.asarray(request.spec.resolution[:2])
     lower = np.asarray(request.spec.lower[:2])
-    center = lower + (np.asarray(robot.column) + 0.5) * size
+    centre = lower + (np.asarray(robot.column) + 0.5) * size
     target = lower + (np.asarray(step.column) + 0.5) * size
     angle = math.remainder(step.yaw_rad - robot.yaw_rad, 2.0 * math.pi)
-    cells, end = _motion(start, lower, size, center, target, angle)
+    cells, end = _motion(start, lower, size, centre, target, angle)
     real = cells
-    if robot.position_m is not None and not np.allclose(robot.position_m, center, rtol=0.0, atol=PENETRATION_M):
+    if robot.position_m is not None and not np.allclose(robot.position_m, centre, rtol=0.0, atol=PENETRATION_M):
         real, _ = _motion(start, lower, size, np.asarray(robot.position_m, dtype=float), target, angle)
     return Sweep(robot.name, start, cells, real, end, True)
 
@@ -145,12 +145,12 @@ def chessboard_clearance(occupied: BoolArray, sweeps: List[Sweep]) -> int:
 class _Squares:
     """Rectangles of one cell's size, centred at (m, 2) metres from the pivot they turn about."""
 
-    centers: FloatArray
+    centres: FloatArray
     size: FloatArray
 
     def angles(self, angle: float) -> FloatArray:
         """Angles to look at between 0 and the given one, rad."""
-        reach = float(np.linalg.norm(np.abs(self.centers) + self.size / 2.0, axis=1).max())
+        reach = float(np.linalg.norm(np.abs(self.centres) + self.size / 2.0, axis=1).max())
         count = math.ceil(abs(angle) * reach / (ARC_CELLS * float(self.size.min())))
         return np.linspace(0.0, angle, count + 1)
 
@@ -173,12 +173,12 @@ class _Squares:
         """
         turned_x = np.column_stack([np.cos(angles), np.sin(angles)])[:, None, :]
         turned_y = np.stack([-turned_x[..., 1], turned_x[..., 0]], axis=-1)
-        centers = pivots[:, None, :] + self.centers[:, :1] * turned_x + self.centers[:, 1:] * turned_y
-        home = np.floor((centers - lower) / self.size).astype(np.int64)
+        centres = pivots[:, None, :] + self.centres[:, :1] * turned_x + self.centres[:, 1:] * turned_y
+        home = np.floor((centres - lower) / self.size).astype(np.int64)
         reach = np.ceil((np.linalg.norm(self.size) / 2.0 + np.abs(half_way)) / self.size).astype(np.int64)
         around = np.argwhere(np.ones(2 * reach + 1, dtype=bool)) - reach
         cells = home[:, :, None, :] + around
-        apart = lower + (cells + 0.5) * self.size - centers[:, :, None, :]
+        apart = lower + (cells + 0.5) * self.size - centres[:, :, None, :]
         axes = [np.array([[[1.0, 0.0]]]), np.array([[[0.0, 1.0]]]), turned_x, turned_y]
         if np.any(half_way):
             axes.append(np.array([[[-half_way[1], half_way[0]]]]) / np.linalg.norm(half_way))
@@ -254,6 +254,7 @@ def _check_forbidden(forbidden: BoolArray, sweep: Sweep) -> StepCheck:
 
 def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -> StepCheck:
     near = _grown(occupied)
+    standing: IntArray = np.argwhere(occupied)
     for sweep in sweeps:
         if not sweep.moves:
             continue
@@ -264,11 +265,11 @@ def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -
                 return _fault(f"{sweep.robot} would touch {_name_at(request, overlapped)}", overlapped)
         cells = sweep.cells[request.spec.contains(sweep.cells)]
         margin = near
-        start = sweep.start[request.spec.contains(sweep.start)]
-        if near[tuple(start.T)].any():
-            own = np.zeros_like(occupied)
-            own[tuple(start.T)] = True
-            margin = _grown(occupied & ~_grown(own))
+        beside = _beside(standing, sweep.start)
+        if len(beside):
+            others = occupied.copy()
+            others[tuple(beside.T)] = False
+            margin = _grown(others)
         close = cells[margin[tuple(cells.T)]]
         if len(close):
             where = np.zeros_like(occupied)
@@ -329,8 +330,8 @@ def _without(cells: IntArray, others: IntArray) -> IntArray:
 
 
 def _grown(occupied: BoolArray) -> BoolArray:
-    grown: BoolArray = ndimage.binary_dilation(occupied, np.ones((3, 3, 3), dtype=bool))
-    return grown
+    inflated: BoolArray = ndimage.binary_dilation(occupied, np.ones((3, 3, 3), dtype=bool))
+    return inflated
 
 
 def _codes(cells: IntArray) -> npt.NDArray[np.int64]:

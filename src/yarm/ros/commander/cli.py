@@ -6,7 +6,7 @@
     rosrun yarm commander_cli wait --timeout 300
     rosrun yarm commander_cli cleanup                   # everybody home, switched off
 
-Exit code: 0 succeeded, 1 failed or stopped, 2 no answer in time, 3 refused.
+Exit code: 0 succeeded, 1 failed or stopped, 2 no answer in time or no news of the Commander, 3 refused.
 """
 
 from __future__ import annotations
@@ -14,21 +14,31 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from typing import Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import rospy
 from std_msgs.msg import Float32, Int8
 
 from yarm.commander.states import State
-from yarm.commander.supervision import AT_WORK
-from yarm.msg import CommanderStatus
-from yarm.ros import names
+from yarm.control.sander.states import SanderState
+from yarm.geometry.kinds import ObjectKind
+from yarm.msg import CommanderStatus, ObjectRegistry
+from yarm.ros.commander.reports import task_text
+from yarm.ros.common import names
 from yarm.srv import StateChange, StateChangeRequest
 
 SUCCEEDED, FAILED, NO_ANSWER, REFUSED = 0, 1, 2, 3
 LINE_PERIOD_S = 1.0
 POLL_S = 0.1
 ASK_AGAIN_S = 1.0
+STALE_S = 3.0
+"""The Commander speaks once a second of simulated time at least; an older status is no news of it, s."""
+LOST_S = 10.0
+"""After so long without a word, s, it is not waited for any longer."""
+FIRST_WORD_S = 10.0
+"""``status`` waits this long for a first word, wall time, s."""
+SAME_ENTRY_S = 1e-3
+"""Rounding of the moment at which a state was entered, s."""
 DONE = 0.999
 """Share of a raster that counts as all of it."""
 
@@ -53,6 +63,7 @@ class Session:
         self._raster: Dict[str, float] = {}
         self._line = ""
         self._line_at = 0.0
+        self._silence_said = False
         self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
         self._subscriber = rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=10)
         self._sander: Dict[str, int] = {}
@@ -64,11 +75,17 @@ class Session:
         Raises:
             CliError: the Commander has not been heard of in time.
         """
-        self._wait(lambda: self._status is not None, "a message on commander/status (is the commander running?)")
+        node, topic = names.COMMANDER_NODE, names.COMMANDER_STATUS
+        heard = f"{topic}: nothing heard from {node} for as long; is it running?"
+        self._wait(lambda: self._status is not None and rospy.get_time() > 0.0, heard)
         assert self._status is not None
         return self._status
 
-    def ask(self, quiet: bool = False, **fields: object) -> None:
+    def silence(self, limit_s: float) -> str:
+        """Why the newest status is no news, when it is older than a limit, s of simulated time; empty when it is."""
+        return "" if self._status is None else silence(self._status, rospy.get_time(), limit_s)
+
+    def ask(self, quiet: bool = False, **fields: Any) -> None:
         """Request a change of state, and wait until the status shows it; ``quiet`` leaves the answer out.
 
         Raises:
@@ -85,7 +102,7 @@ class Session:
             raise CliError(REFUSED, answer.message)
         if not quiet:
             self.say(answer.message)
-        self._wait(lambda: self._status is not before, "commander/status after the request")
+        self._wait(lambda: entered_since(self._status or before, before), "commander/status after the request")
 
     def until_idle(self, wanted: Optional[State] = None) -> CommanderStatus:
         """Show progress until the Commander is not busy.
@@ -98,7 +115,10 @@ class Session:
 
     def sanding(self) -> bool:
         """A manipulator is at work, and its raster is not done."""
-        return any(self._sander.get(arm) == AT_WORK and share < DONE for arm, share in self._raster.items())
+        return any(
+            self._sander.get(arm) == SanderState.SCAN_TO_PATH and share < DONE
+            for arm, share in list(self._raster.items())
+        )
 
     def follow_raster(self, arm: str) -> None:
         """Listen to the progress of a manipulator."""
@@ -110,6 +130,10 @@ class Session:
                     (names.sander_state(arm), Int8, self._sander),
                 )
             ]
+
+    def follow_every_raster(self) -> None:
+        """Listen to the progress of every manipulator of the cell."""
+        self._registry = rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10)
 
     def pause(self, seconds: float) -> None:
         """Let wall time pass, with progress."""
@@ -125,6 +149,11 @@ class Session:
         status = self._status
         return status is not None and not status.busy and (wanted is None or status.state == int(wanted))
 
+    def _on_registry(self, message: ObjectRegistry) -> None:
+        for entry in message.entries:
+            if entry.object == ObjectKind.MANIPULATOR:
+                self.follow_raster(entry.name)
+
     def _on_status(self, message: CommanderStatus) -> None:
         self._status = message
 
@@ -134,24 +163,49 @@ class Session:
                 raise CliError(NO_ANSWER, "interrupted")
             if time.monotonic() > self._deadline:
                 raise CliError(NO_ANSWER, f"after {self._timeout_s:.0f} s still waiting for {what}")
+            lost = self.silence(LOST_S)
+            if lost:
+                raise CliError(NO_ANSWER, lost)
             time.sleep(POLL_S)
             self._show()
 
     def _show(self) -> None:
         if self._status is None or time.monotonic() - self._line_at < LINE_PERIOD_S:
             return
+        silent = self.silence(STALE_S)
+        if bool(silent) != self._silence_said:
+            self._silence_said = bool(silent)
+            self.say(silent or f"{names.COMMANDER_NODE} is heard again")
         line = line_of(self._status, self._raster)
         if line != self._line:
             self._line, self._line_at = line, time.monotonic()
             self.say(line)
 
 
+def entered_since(status: CommanderStatus, before: CommanderStatus) -> bool:
+    """Whether a state has been entered after an earlier status: what came meanwhile may have been sent before it."""
+
+    def entered_s(said: CommanderStatus) -> float:
+        return float(said.header.stamp.to_sec() - said.elapsed_s)
+
+    return bool(status.state != before.state or entered_s(status) > entered_s(before) + SAME_ENTRY_S)
+
+
+def silence(status: CommanderStatus, now_s: float, limit_s: float) -> str:
+    """Who is silent and for how long, when a status is older than a limit, s, at a simulated time; else empty."""
+    age_s = now_s - status.header.stamp.to_sec()
+    if age_s <= limit_s:
+        return ""
+    return (
+        f"nothing heard from {names.COMMANDER_NODE} for {age_s:.1f} s: "
+        f"what {names.COMMANDER_STATUS} shows is that old; is it running?"
+    )
+
+
 def line_of(status: CommanderStatus, raster: Dict[str, float]) -> str:
     """One line that says it all."""
     parts = [f"{status.header.stamp.to_sec():8.1f} s  {status.state_name}{' busy' if status.busy else ''}"]
-    for task in status.tasks:
-        left = "" if task.distance_left_m != task.distance_left_m else f" {task.distance_left_m:.2f} m"
-        parts.append(f"{task.robot or '-'} > {task.goal} {task.status}{left}")
+    parts += [task_text(task) for task in status.tasks]
     parts += [f"{arm} raster {100.0 * share:.0f} %" for arm, share in sorted(raster.items())]
     if status.outcome:
         parts.append(status.outcome)
@@ -160,29 +214,36 @@ def line_of(status: CommanderStatus, raster: Dict[str, float]) -> str:
     return " | ".join(parts)
 
 
-WAY_UP: Dict[State, Dict[str, object]] = {
-    State.IDLE: {"current_state": True},
-    State.STARTED: {"next_state": True},
-    State.CALIBRATION: {"next_state": True},
-    State.CLEANUP: {"current_state": True},
+WAY_UP: Dict[State, Tuple[Dict[str, Any], State]] = {
+    State.IDLE: ({"current_state": True}, State.STARTED),
+    State.STARTED: ({"next_state": True}, State.CALIBRATION),
+    State.CALIBRATION: ({"next_state": True}, State.MENU),
+    State.CLEANUP: ({"current_state": True}, State.IDLE),
 }
-"""What leads from each state towards the menu."""
+"""What leads from each state towards the menu, and where to: a status that is on its way still shows the old state."""
 MODES: Dict[str, State] = {"bounded": State.BOUNDED, "boundless": State.BOUNDLESS}
 
 
-def run_mode(session: Session, mode: State, arms: Tuple[str, ...], once: bool) -> int:
-    """From whatever state into a mode, until its tasks are done and no manipulator is still sanding."""
-    for arm in arms:
+def run_mode(session: Session, mode: State, arms: Optional[Sequence[str]], once: bool) -> int:
+    """From whatever state into a mode, until its tasks are done and none of the manipulators is still sanding.
+
+    ``arms`` names them; None for every one in the object registry.
+    """
+    if arms is None:
+        session.follow_every_raster()
+    for arm in arms or ():
         session.follow_raster(arm)
     while session.status().state not in (int(State.MENU), int(mode)):
         state = State(session.until_idle().state)
         if state in (State.BOUNDED, State.BOUNDLESS):
             session.ask(previous_state=True)
+            session.until_idle()
         elif state is State.CALIBRATION and session.status().outcome != "succeeded":
             raise CliError(FAILED, f"calibration {session.status().outcome}: {session.status().reason}")
         else:
-            session.ask(**WAY_UP[state])
-        session.until_idle()
+            fields, target = WAY_UP[state]
+            session.ask(**fields)
+            session.until_idle(target)
     if session.status().state == int(State.MENU):
         session.until_idle()
         session.ask(jump_state=int(mode))
@@ -208,23 +269,28 @@ def parser() -> argparse.ArgumentParser:
     commands = made.add_subparsers(dest="command", required=True)
     run = commands.add_parser("run", help="enter a mode from whatever state, and wait until its tasks are done")
     run.add_argument("--mode", choices=sorted(MODES), default="boundless")
-    run.add_argument("--arms", nargs="*", default=["hc10_barc"], help="manipulators whose sanding is waited for")
+    every = "manipulators whose sanding is waited for; without it every one of the cell"
+    run.add_argument("--arms", nargs="*", default=None, help=every)
     run.add_argument("--once", action="store_true", help="end with the first tasks, though a manipulator still sands")
     commands.add_parser("status", help="say what the Commander is doing")
     commands.add_parser("stop", help="stop every robot at its present waypoint")
     commands.add_parser("wait", help="wait until the work has ended")
     commands.add_parser("cleanup", help="send everybody home and switch off")
     for command in commands.choices.values():
-        command.add_argument("--timeout", type=float, default=900.0, help="wall seconds this may take")
+        default_s = FIRST_WORD_S if command.prog.endswith("status") else 900.0
+        command.add_argument("--timeout", type=float, default=default_s, help="wall seconds this may take")
     return made
 
 
 def execute(arguments: argparse.Namespace, session: Session) -> int:
     """Do what was asked; the exit code."""
     if arguments.command == "run":
-        return run_mode(session, MODES[arguments.mode], tuple(arguments.arms), arguments.once)
+        return run_mode(session, MODES[arguments.mode], arguments.arms, arguments.once)
     if arguments.command == "status":
         session.say(line_of(session.status(), {}))
+        silent = session.silence(STALE_S)
+        if silent:
+            raise CliError(NO_ANSWER, silent)
         return SUCCEEDED
     if arguments.command == "stop":
         if session.status().busy:

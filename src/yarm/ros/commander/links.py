@@ -9,10 +9,10 @@ import rospy
 from actionlib import ActionClient, ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from yarm.commander.messages import CancelGoal, DeleteDone, GoalDone, Outcome, SendGoal
+from yarm.commander.events import CancelGoal, DeleteDone, GoalDone, Outcome, SendGoal
 from yarm.msg import MoveRobotAction, MoveRobotGoal
-from yarm.ros import names
-from yarm.ros.conversions import pose_message
+from yarm.ros.common import names
+from yarm.ros.common.conversions import pose_message
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
 OUTCOMES: Dict[int, Outcome] = {

@@ -6,25 +6,21 @@ Every picture is sent whole; markers of the last one that are not in the new one
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, List, Mapping, Sequence, Set, Tuple
+from typing import Dict, List, Mapping, Sequence, Tuple
 
 import numpy as np
-import rospy
-from geometry_msgs.msg import Point
-from shape_msgs.msg import SolidPrimitive
-from std_msgs.msg import ColorRGBA
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import Marker
 
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import ShowPlan
 from yarm.commander.machine import Status
-from yarm.commander.messages import ShowPlan
-from yarm.commander.world import World
 from yarm.geometry import FloatArray, GridSpec
 from yarm.msg import RegisteredObject
-from yarm.ros import names
+from yarm.ros.common import names
+from yarm.ros.common.pictures import WHITE, Color, Picture, marker, points, text
+from yarm.ros.common.solids import solid_of
 
-Color = Tuple[float, float, float, float]
 GREEN: Color = (0.1, 0.8, 0.1, 0.7)
-WHITE: Color = (1.0, 1.0, 1.0, 1.0)
 PRIVATE: Color = (1.0, 0.6, 0.0, 0.15)
 ROBOT_COLORS: Tuple[Color, ...] = (
     (0.12, 0.47, 0.71, 0.9),
@@ -40,18 +36,13 @@ BODY_COLORS: Mapping[str, Color] = {
     "Obstacle": (0.55, 0.5, 0.45, 0.8),
     "Debris": (0.9, 0.2, 0.1, 1.0),
 }
-Size = Tuple[float, float, float]
-SOLID_MARKERS: Mapping[int, Tuple[int, Callable[[Sequence[float]], Size]]] = {
-    SolidPrimitive.BOX: (Marker.CUBE, lambda d: (d[0], d[1], d[2])),
-    SolidPrimitive.SPHERE: (Marker.SPHERE, lambda d: (2 * d[0], 2 * d[0], 2 * d[0])),
-    SolidPrimitive.CYLINDER: (Marker.CYLINDER, lambda d: (2 * d[1], 2 * d[1], d[0])),
-}
+SOLID_MARKERS: Mapping[str, int] = {"box": Marker.CUBE, "sphere": Marker.SPHERE, "cylinder": Marker.CYLINDER}
+"""A marker of that type is scaled by the full size of its bounding box."""
 FLOOR_M = 0.02
 WAYPOINT_M = 0.95
 WORLD_PERIOD_S = 0.2
 TRAIL_STEP_M = 0.05
 TRAIL_LENGTH = 2000
-QUEUE = 2
 
 
 def robot_color(robot: str, robots: Sequence[str]) -> Color:
@@ -60,106 +51,60 @@ def robot_color(robot: str, robots: Sequence[str]) -> Color:
     return ROBOT_COLORS[index % len(ROBOT_COLORS)]
 
 
-def marker(space: str, kind: int, color: Color, scale: Tuple[float, float, float]) -> Marker:
-    """A marker at the world's origin; scale in metres."""
-    made = Marker(type=kind, action=Marker.ADD, ns=space, color=ColorRGBA(*color))
-    made.header.frame_id = names.WORLD_FRAME
-    made.pose.orientation.w = 1.0
-    made.scale.x, made.scale.y, made.scale.z = scale
-    return made
-
-
-def points(xyz: FloatArray) -> List[Point]:
-    """Point messages of (n, 3) metres."""
-    return [Point(x=float(x), y=float(y), z=float(z)) for x, y, z in xyz]
-
-
-def text(space: str, words: str, at: Tuple[float, float, float], size_m: float) -> Marker:
-    """White text that faces the camera."""
-    made = marker(space, Marker.TEXT_VIEW_FACING, WHITE, (0.0, 0.0, size_m))
-    made.text = words
-    made.pose.position.x, made.pose.position.y, made.pose.position.z = at
-    return made
-
-
-class Picture:
-    """The markers last sent on a topic, so that those no longer true can be deleted."""
-
-    def __init__(self, topic: str) -> None:
-        """Advertise, latched."""
-        self.publisher = rospy.Publisher(topic, MarkerArray, queue_size=QUEUE, latch=True)
-        self._shown: Set[Tuple[str, int]] = set()
-
-    def send(self, markers: List[Marker], stamp_s: float) -> None:
-        """Send a whole picture; markers of one namespace are numbered in order."""
-        counts: Dict[str, int] = {}
-        for made in markers:
-            if made.header.frame_id == names.WORLD_FRAME:
-                made.header.stamp = rospy.Time.from_sec(max(0.0, stamp_s))
-            made.id = counts.get(made.ns, 0)
-            counts[made.ns] = made.id + 1
-        now = {(made.ns, made.id) for made in markers}
-        gone = [Marker(ns=space, id=number, action=Marker.DELETE) for space, number in sorted(self._shown - now)]
-        for made in gone:
-            made.header.frame_id = names.WORLD_FRAME
-        self._shown = now
-        self.publisher.publish(MarkerArray(markers=[*gone, *markers]))
-
-
 class MarkerBoard:
     """Draws ``particles_and_waypoints`` after each plan and ``maps_and_masks`` five times a second."""
 
     def __init__(self) -> None:
         """Advertise both topics."""
         self._plans = Picture(names.PARTICLES_AND_WAYPOINTS)
-        self._world = Picture(names.MAPS_AND_MASKS)
+        self._cell = Picture(names.MAPS_AND_MASKS)
         self._trails: Dict[str, List[Tuple[float, float]]] = {}
         self._drawn_s = -math.inf
         self._bodies: List[Marker] = []
 
     def show_bodies(self, entries: Sequence[RegisteredObject]) -> None:
         """Draw the known solids of everything in the registry from now on, each in its own tf frame."""
-        self._bodies = [made for entry in entries for made in _solids(entry)]
+        self._bodies = [made for entry in entries for made in solid_markers(entry)]
 
-    def show_plan(self, shown: ShowPlan, world: World) -> None:
+    def show_plan(self, shown: ShowPlan, cell: CellState) -> None:
         """Particles, graph and each robot's way ahead."""
         spec = shown.request.spec
-        robots = sorted(world.robots)
+        robots = sorted(cell.robots)
         made = self._particles(shown, spec)
         for name, plan in sorted(shown.plan.robots.items()):
             columns = np.array([w.column for w in plan.path], dtype=float).reshape(-1, 2)
             if len(columns):
                 made += _way(f"{name}/waypoints", column_points(spec, columns, WAYPOINT_M), robot_color(name, robots))
-        self._plans.send(made, world.map.stamp_s if world.map is not None else 0.0)
+        self._plans.send(made, cell.map.stamp_s if cell.map is not None else 0.0)
 
-    def show_world(self, world: World, status: Status, now_s: float) -> None:
+    def show_world(self, cell: CellState, status: Status, now_s: float) -> None:
         """Masks, seeds with names, areas, ways driven, the Commander's state; nothing to do when nobody looks."""
-        self._follow(world)
-        if 0.0 <= now_s - self._drawn_s < WORLD_PERIOD_S or world.map is None:
+        self._follow(cell)
+        if 0.0 <= now_s - self._drawn_s < WORLD_PERIOD_S or cell.map is None:
             return
         self._drawn_s = now_s
-        if self._world.publisher.get_num_connections() == 0:
+        if self._cell.publisher.get_num_connections() == 0:
             return
         made = [self._state(status), *self._bodies]
-        made += self._masks(world) + self._seeds(world) + self._private(world) + self._driven(world)
-        self._world.send(made, now_s)
+        made += self._masks(cell) + self._seeds(cell) + self._private(cell) + self._driven(cell)
+        self._cell.send(made, now_s)
 
     @staticmethod
     def _particles(shown: ShowPlan, spec: GridSpec) -> List[Marker]:
-        particles = shown.plan.particles
+        particles = shown.plan.graph.particles
         if len(particles) == 0:
             return []
         at = column_points(spec, particles.astype(float), FLOOR_M)
         dots = marker("particles", Marker.SPHERE_LIST, GREEN, (0.04, 0.04, 0.04))
         dots.points = points(at)
         graph = marker("graph", Marker.LINE_LIST, (0.3, 0.6, 0.3, 0.25), (0.005, 0.0, 0.0))
-        graph.points = points(at[shown.plan.edges.astype(np.int64).ravel()])
+        graph.points = points(at[shown.plan.graph.edges.astype(np.int64).ravel()])
         return [dots, graph] if graph.points else [dots]
 
-    def _follow(self, world: World) -> None:
-        for name in [name for name in self._trails if name not in world.robots]:
+    def _follow(self, cell: CellState) -> None:
+        for name in [name for name in self._trails if name not in cell.robots]:
             del self._trails[name]
-        for name, robot in world.robots.items():
+        for name, robot in cell.robots.items():
             trail = self._trails.setdefault(name, [])
             if not trail or math.hypot(robot.x - trail[-1][0], robot.y - trail[-1][1]) > TRAIL_STEP_M:
                 trail.append((robot.x, robot.y))
@@ -173,23 +118,23 @@ class MarkerBoard:
         return text("state", "\n".join(lines), (-2.3, -1.2, 1.9), 0.14)
 
     @staticmethod
-    def _masks(world: World) -> List[Marker]:
-        assert world.map is not None
-        spec = world.map.spec
+    def _masks(cell: CellState) -> List[Marker]:
+        assert cell.map is not None
+        spec = cell.map.spec
         res = spec.resolution
         made = []
-        for name, robot in sorted(world.robots.items()):
-            red, green, blue, _ = robot_color(name, list(world.robots))
+        for name, robot in sorted(cell.robots.items()):
+            red, green, blue, _ = robot_color(name, list(cell.robots))
             cubes = marker(f"{name}/mask", Marker.CUBE_LIST, (red, green, blue, 0.25), (res[0], res[1], res[2]))
-            cubes.points = points(spec.centers(robot.cells))
+            cubes.points = points(spec.centres(robot.cells))
             made.append(cubes)
         return made
 
     @staticmethod
-    def _seeds(world: World) -> List[Marker]:
-        assert world.map is not None
+    def _seeds(cell: CellState) -> List[Marker]:
+        assert cell.map is not None
         made = []
-        for name, found in sorted(world.map.objects.items()):
+        for name, found in sorted(cell.map.objects.items()):
             dot = marker("seeds", Marker.SPHERE, (1.0, 1.0, 0.2, 0.9), (0.06, 0.06, 0.06))
             dot.pose.position.x, dot.pose.position.y, dot.pose.position.z = found.position_m
             x, y, z = found.position_m
@@ -197,37 +142,38 @@ class MarkerBoard:
         return made
 
     @staticmethod
-    def _private(world: World) -> List[Marker]:
-        assert world.map is not None
-        spec = world.map.spec
-        columns = np.argwhere(world.private_columns()).astype(float)
+    def _private(cell: CellState) -> List[Marker]:
+        assert cell.map is not None
+        spec = cell.map.spec
+        columns = np.argwhere(cell.private_columns()).astype(float)
         if len(columns) == 0:
             return []
         area = marker("private_area", Marker.CUBE_LIST, PRIVATE, (spec.resolution[0], spec.resolution[1], 0.01))
         area.points = points(column_points(spec, columns, FLOOR_M / 2))
         return [area]
 
-    def _driven(self, world: World) -> List[Marker]:
+    def _driven(self, cell: CellState) -> List[Marker]:
         made = []
         for name, trail in sorted(self._trails.items()):
             if len(trail) > 1:
                 line = marker(
-                    f"{name}/driven", Marker.LINE_STRIP, robot_color(name, list(world.robots)), (0.02, 0.0, 0.0)
+                    f"{name}/driven", Marker.LINE_STRIP, robot_color(name, list(cell.robots)), (0.02, 0.0, 0.0)
                 )
                 line.points = points(np.column_stack([np.array(trail), np.full(len(trail), FLOOR_M)]))
                 made.append(line)
         return made
 
 
-def _solids(entry: RegisteredObject) -> List[Marker]:
+def solid_markers(entry: RegisteredObject) -> List[Marker]:
     """An object's solids, moved by RViz itself with the frames they are fixed to."""
     color = BODY_COLORS.get(entry.object, WHITE)
     made = []
     for shape, pose, frame in zip(entry.shapes, entry.shape_poses, entry.shape_frames):
-        if shape.type not in SOLID_MARKERS:
+        solid = solid_of(shape, pose)
+        if solid is None:
             continue
-        kind, size_of = SOLID_MARKERS[shape.type]
-        body = marker(f"bodies/{entry.name}", kind, color, size_of(shape.dimensions))
+        x, y, z = (2.0 * float(half) for half in solid.half_extent)
+        body = marker(f"bodies/{entry.name}", SOLID_MARKERS[solid.shape], color, (x, y, z))
         body.header.frame_id, body.pose, body.frame_locked = frame, pose, True
         made.append(body)
     return made

@@ -15,37 +15,42 @@ import numpy as np
 import rospy
 from std_msgs.msg import Int8
 
-from yarm.commander.machine import Commander
-from yarm.commander.messages import (
+from yarm.commander.events import (
     Action,
     CancelGoal,
     ClockReset,
     DeleteObject,
     Event,
     Hold,
+    Log,
     MapUpdate,
-    SanderState,
-    Say,
+    SanderChange,
     SendGoal,
     ServerUpdate,
     SetAssociation,
     ShowPlan,
     Tick,
 )
+from yarm.commander.machine import Commander
 from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
-from yarm.msg import CommanderStatus, PlanReport, SafetyStatus, StepAck
-from yarm.planning.params import PlannerParams
-from yarm.planning.registry import make_planner
-from yarm.ros import names
-from yarm.ros.clock import ClockWatch
-from yarm.ros.commander_links import Links, delete_object
-from yarm.ros.commander_registry import RegistryWatch
-from yarm.ros.commander_reports import exact_time, plan_report, status_message
-from yarm.ros.conversions import MapSubscriber
-from yarm.ros.markers import MarkerBoard
-from yarm.ros.params import load_params
+from yarm.control.sander.states import SanderState
+from yarm.geometry import CellMap
+from yarm.geometry.kinds import ObjectKind
+from yarm.msg import CommanderStatus, Permission, PlanReport, SafetyStatus, StepAck
+from yarm.planning.baselines.planned_once import PlannedOnce
+from yarm.planning.registry import PlannerUnavailableError, make_planner
+from yarm.ros.commander.links import Links, delete_object
+from yarm.ros.commander.markers import MarkerBoard
+from yarm.ros.commander.registry import RegistryWatch
+from yarm.ros.commander.reports import exact_time, plan_report, status_message
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
+from yarm.ros.common.checks import Doorkeeper, present_s, safety_fault
+from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.conversions import MapSubscriber
+from yarm.ros.common.params import load_params
 from yarm.srv import StateChange, StateChangeRequest, StateChangeResponse
 
 WATCH_PERIOD_S = 0.2
@@ -62,7 +67,8 @@ class CommanderNode:
     def __init__(self, params: CommanderParams) -> None:
         """Subscribe and advertise; work goes on in callbacks."""
         self._params = params
-        planner = make_planner(params.planner, PlannerParams(particles=params.particles, turns_deg=params.turns_deg))
+        planner = make_planner(params.planner, params.planner_params)
+        planner = planner if params.replanning else PlannedOnce(planner)
         tools = Tools(planner, np.random.default_rng(params.seed), time.perf_counter)
         self._core = Commander(params, tools)
         self._lock = threading.RLock()
@@ -76,6 +82,7 @@ class CommanderNode:
         self._shown: Optional[CommanderStatus] = None
         self._association = rospy.Publisher(names.STATIC_ASSOCIATION_SWITCH, Int8, queue_size=1, latch=True)
         self._status = rospy.Publisher(names.COMMANDER_STATUS, CommanderStatus, queue_size=10, latch=True)
+        self._permission = rospy.Publisher(names.PERMISSION, Permission, queue_size=10, tcp_nodelay=True)
         self._report = rospy.Publisher(names.PLAN_REPORT, PlanReport, queue_size=100)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
         self._markers = MarkerBoard()
@@ -83,8 +90,9 @@ class CommanderNode:
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
         self._registry = RegistryWatch(self._on_registry, self._markers.show_bodies)
+        self._safety_door = Doorkeeper(names.SAFETY_STATUS)
         self._safety = rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=10)
-        self._maps = MapSubscriber(self._on_map)
+        self._maps = MapSubscriber(self._on_map, self._params.sync)
         self._service = rospy.Service(names.COMMANDER_STATE, StateChange, self._on_request)
 
     def spin(self) -> None:
@@ -96,23 +104,18 @@ class CommanderNode:
                     now_s = rospy.get_time()
                     self._inbox.append(Tick())
                     self._drain(now_s)
+                    self._permit(now_s)
                     self._show(now_s)
 
     # Callbacks.
 
-    def _on_map(self, stamp_s: float) -> None:
+    def _on_map(self, cell_map: CellMap) -> None:
         with self._lock:
-            try:
-                cell_map = self._maps.newest()
-            except ValueError as error:
-                rospy.logerr_throttle(5.0, "%s", error)
-                return
-            if cell_map is None:
-                return
             self._last_map_wall_s = time.monotonic()
             self._take_holds(cell_map.stamp_s)
             self._inbox.append(MapUpdate(cell_map))
             self._drain(cell_map.stamp_s)
+            self._permit(cell_map.stamp_s)
             self._show(cell_map.stamp_s)
             if self._params.sync:
                 self._acknowledge(cell_map.stamp_s)
@@ -132,19 +135,24 @@ class CommanderNode:
             self._inbox.append(update)
             self._kinds = dict(getattr(update, "kinds", {}))
             self._links.follow([n for n, kind in sorted(self._kinds.items()) if kind in ("Mobile", "Manipulator")])
-            arms = [name for name, kind in self._kinds.items() if kind == "Manipulator"]
+            arms = [name for name, kind in self._kinds.items() if kind == ObjectKind.MANIPULATOR]
             for name in [name for name in self._sanders if name not in arms]:
                 self._sanders.pop(name).unregister()
             for name in [name for name in arms if name not in self._sanders]:
-                self._sanders[name] = rospy.Subscriber(
-                    names.sander_state(name),
-                    Int8,
-                    lambda m, arm=name: self._inbox.append(SanderState(arm, m.data)),  # type: ignore[misc]
-                    queue_size=10,
-                )
+                topic = names.sander_state(name)
+                self._sanders[name] = rospy.Subscriber(topic, Int8, self._on_sander, callback_args=name, queue_size=10)
+
+    def _on_sander(self, message: Int8, arm: str) -> None:
+        state = SanderState.of(message.data)
+        if state is None:
+            rospy.logwarn_throttle(10.0, f"{names.sander_state(arm)}: {message.data} is no state of a sander: ignored")
+        else:
+            self._inbox.append(SanderChange(arm, state))
 
     def _on_safety(self, message: SafetyStatus) -> None:
         """In lock-step it waits for the next map: whether it comes before or after that of its own time is chance."""
+        if self._safety_door.refuses(message, safety_fault(message, present_s(self._params.sync))):
+            return
         with self._lock:
             self._safety_said.append(message)
             if not self._params.sync:
@@ -175,7 +183,7 @@ class CommanderNode:
 
     def _drain(self, now_s: float) -> None:
         for robot, connected in self._links.connected().items():
-            if connected != (robot in self._core.world.connected):
+            if connected != (robot in self._core.cell.connected):
                 self._do(self._core.step(ServerUpdate(robot, connected), now_s))
         while self._inbox:
             self._do(self._core.step(self._inbox.popleft(), now_s))
@@ -196,18 +204,18 @@ class CommanderNode:
                     deletion.join()  # the simulation serves it now, while it waits for this step's acknowledgement
             elif isinstance(action, ShowPlan):
                 self._report.publish(plan_report(action, self._params.planner, self._stamp_s()))
-                self._markers.show_plan(action, self._core.world)
-            elif isinstance(action, Say):
+                self._markers.show_plan(action, self._core.cell)
+            elif isinstance(action, Log):
                 (rospy.logwarn if action.level == "warn" else rospy.loginfo)("%s", action.text)
 
     def _send(self, action: SendGoal) -> None:
         link = self._links.get(action.robot)
-        found = self._core.world.map.objects.get(action.robot) if self._core.world.map is not None else None
+        found = self._core.cell.map.objects.get(action.robot) if self._core.cell.map is not None else None
         if link is not None:
             link.send(action, found.position_m[2] if found is not None else 0.0)
 
     def _stamp_s(self) -> float:
-        return self._core.world.map.stamp_s if self._core.world.map is not None else 0.0
+        return self._core.cell.map.stamp_s if self._core.cell.map is not None else 0.0
 
     def _show(self, now_s: float) -> None:
         status = self._core.status(now_s)
@@ -220,12 +228,18 @@ class CommanderNode:
         ):
             self._shown = message
             self._status.publish(message)
-        self._markers.show_world(self._core.world, status, now_s)
+        self._markers.show_world(self._core.cell, status, now_s)
+
+    def _permit(self, now_s: float) -> None:
+        """The heartbeat of everything that moves; it is as old as the newest map."""
+        objection = self._core.objection(now_s)
+        message = Permission(granted=not objection, reason=objection)
+        message.header.stamp = exact_time(self._stamp_s())
+        message.header.frame_id = names.WORLD_FRAME
+        self._permission.publish(message)
 
     def _acknowledge(self, stamp_s: float) -> None:
-        ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=self._links.sent)
-        ack.header.stamp = exact_time(stamp_s)
-        self._ack.publish(ack)
+        self._ack.publish(step_ack(exact_time(stamp_s), self._links.sent))
 
 
 def same_status(a: CommanderStatus, b: CommanderStatus) -> bool:
@@ -240,5 +254,10 @@ def same_status(a: CommanderStatus, b: CommanderStatus) -> bool:
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node("commander")
-    CommanderNode(load_params(CommanderParams)).spin()
+    rospy.init_node(names.COMMANDER_NODE)
+    try:
+        node = CommanderNode(load_params(CommanderParams))
+    except PlannerUnavailableError as error:
+        rospy.logfatal("%s", error)
+        raise SystemExit(1) from error
+    node.spin()

@@ -3,46 +3,21 @@
 from __future__ import annotations
 
 import threading
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Optional, Sequence
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Pose, Transform
-from shape_msgs.msg import SolidPrimitive
 from tf2_msgs.msg import TFMessage
 
-from yarm.commander.messages import RegistryUpdate
-from yarm.commander.shapes import RobotShape, Solid, robot_shape
-from yarm.geometry import FloatArray, transform_matrix
+from yarm.commander.events import RegistryUpdate
+from yarm.commander.shapes import RobotShape, robot_shape
+from yarm.geometry import FloatArray
+from yarm.geometry.kinds import ObjectKind
 from yarm.msg import ObjectRegistry, RegisteredObject
-from yarm.ros import names
-
-KINDS: Dict[int, str] = {
-    SolidPrimitive.BOX: "box",
-    SolidPrimitive.SPHERE: "sphere",
-    SolidPrimitive.CYLINDER: "cylinder",
-}
-
-
-def matrix_of_pose(pose: Pose) -> FloatArray:
-    """Homogeneous matrix (4, 4) of a pose message."""
-    p, q = pose.position, pose.orientation
-    return transform_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-
-def matrix_of_transform(transform: Transform) -> FloatArray:
-    """Homogeneous matrix (4, 4) of a transform message."""
-    t, q = transform.translation, transform.rotation
-    return transform_matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
-
-
-def solids_of(entry: RegisteredObject) -> List[Tuple[str, Solid]]:
-    """The known solids of an object, each with the tf frame it is fixed to."""
-    solids = []
-    for shape, pose, frame in zip(entry.shapes, entry.shape_poses, entry.shape_frames):
-        if shape.type in KINDS:
-            solids.append((frame, Solid(KINDS[shape.type], tuple(shape.dimensions), matrix_of_pose(pose))))
-    return solids
+from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, registry_fault, transform_fault
+from yarm.ros.common.conversions import matrix_of_transform
+from yarm.ros.common.solids import solids_of
 
 
 class RegistryWatch:
@@ -60,9 +35,12 @@ class RegistryWatch:
         self._entries: List[RegisteredObject] = []
         self._shapes: Dict[str, RobotShape] = {}
         self._tf: Optional[rospy.Subscriber] = None
+        self._door, self._tf_door = Doorkeeper(names.OBJECT_REGISTRY), Doorkeeper("/tf")
         self._registry = rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10)
 
     def _on_registry(self, message: ObjectRegistry) -> None:
+        if self._door.refuses(message, registry_fault(message)):
+            return
         with self._lock:
             self._entries = list(message.entries)
             missing = self._missing()
@@ -72,10 +50,12 @@ class RegistryWatch:
         self._hand_on()
 
     def _missing(self) -> List[RegisteredObject]:
-        return [e for e in self._entries if e.object == "Mobile" and e.shapes and e.name not in self._shapes]
+        return [e for e in self._entries if e.object == ObjectKind.MOBILE and e.shapes and e.name not in self._shapes]
 
     def _on_tf(self, message: TFMessage) -> None:
-        poses = {t.child_frame_id.lstrip("/"): matrix_of_transform(t.transform) for t in message.transforms}
+        now_s = rospy.get_time()
+        good = [t for t in message.transforms if not self._tf_door.refuses(message, transform_fault(t, now_s))]
+        poses = {t.child_frame_id.lstrip("/"): matrix_of_transform(t.transform) for t in good}
         with self._lock:
             before = len(self._shapes)
             for entry in self._missing():
@@ -93,9 +73,7 @@ class RegistryWatch:
         if not frames <= set(poses):
             return
         T_ee_world = np.linalg.inv(poses[entry.seed_frame])
-        solids = [
-            Solid(solid.kind, solid.size, T_ee_world @ poses[frame] @ solid.pose) for frame, solid in solids_of(entry)
-        ]
+        solids = [solid.seen_from(T_ee_world @ poses[frame]) for frame, solid in solids_of(entry)]
         self._shapes[entry.name] = robot_shape(solids, float(poses[entry.seed_frame][2, 3]))
 
     def _hand_on(self) -> None:

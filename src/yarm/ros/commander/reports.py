@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import rospy
 
+from yarm.commander.events import ShowPlan
 from yarm.commander.machine import Status
-from yarm.commander.messages import ShowPlan
 from yarm.msg import CommanderStatus, GridIndex, GridIndexVector, PlanReport, TaskStatus
-from yarm.ros import names
+from yarm.ros.common import names
 
 
 def exact_time(stamp_s: float) -> rospy.Time:
@@ -21,14 +23,14 @@ def status_message(status: Status, now_s: float) -> CommanderStatus:
         state=int(status.state),
         state_name=status.state.name,
         busy=status.busy,
-        outcome=status.outcome,
+        outcome=status.outcome.value,
         reason=status.reason,
         elapsed_s=status.elapsed_s,
     )
     message.header.stamp = exact_time(now_s)
     message.header.frame_id = names.WORLD_FRAME
     message.tasks = [
-        TaskStatus(task.robot, task.goal, task.kind, task.status, task.reason, task.distance_left_m)
+        TaskStatus(task.robot, task.goal, str(task.kind), task.status.value, task.reason, task.distance_left_m)
         for task in status.tasks
     ]
     return message
@@ -44,8 +46,9 @@ def plan_report(shown: ShowPlan, planner: str, stamp_s: float) -> PlanReport:
         planning_ms=plan.planning_ms,
         check_ms=shown.check_ms,
         safe=not shown.refused,
+        refusals=shown.refusals,
         iterations=plan.iterations,
-        particles=len(plan.particles),
+        particles=len(plan.graph.particles),
     )
     report.header.stamp = exact_time(stamp_s)
     report.header.frame_id = names.WORLD_FRAME
@@ -59,3 +62,9 @@ def plan_report(shown: ShowPlan, planner: str, stamp_s: float) -> PlanReport:
         cells = [GridIndex(x=int(w.column[0]), y=int(w.column[1]), z=0) for w in robot_plan.path]
         report.paths.append(GridIndexVector(indices=cells))
     return report
+
+
+def task_text(task: TaskStatus) -> str:
+    """One task in a line of progress: who goes for what, how it stands, how far it is (metres) when that is known."""
+    left = "" if math.isnan(task.distance_left_m) else f" {task.distance_left_m:.2f} m"
+    return f"{task.robot or 'nobody'} -> {task.goal} {task.status}{left}"

@@ -1,4 +1,6 @@
-"""Every topic, service and action as data: docs/ros_api.md is drawn from it, and a test holds it against a live system.
+"""Every topic, service and action of the cell as data: docs/ros_api.md is drawn from it, and a test compares it live.
+
+Those of a room that is explored are in yarm.ros.common.api_rooms, of driving over a known map in api_navigation.
 
 ``{robot}`` stands for each mobile robot, ``{arm}`` for each manipulator, ``{n}`` for the overhead cameras 1 to 4,
 ``{caster}`` for fl, fr, rl, rr.
@@ -7,19 +9,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
-from yarm.ros import names
+from yarm.ros.common import names
 
 SIM = "simulation"
 MERGE = "merge_clouds"
 ASSOC = "cluster_assoc"
 MAP = "database"
 SEEDS = "seed_tf_publisher"
-COMMANDER = "commander"
+COMMANDER = names.COMMANDER_NODE
 CONTROLS = "multi_robot_controls_server"
 SANDER = "hc10_state_machine"
-SAFETY = "safety_monitor"
+SAFETY = names.SAFETY_NODE
 
 
 @dataclass(frozen=True)
@@ -156,8 +158,8 @@ TOPICS: Tuple[Topic, ...] = (
         "30 Hz",
         "world",
         queue=10,
-        meaning="every point of a set inside the box: x y z, sigma (m), viewing direction ux uy uz, camera; handed "
-        "over by pointer between nodelets",
+        meaning="every point of a set inside the box: x y z, sigma (m), viewing direction ux uy uz, camera; a point "
+        "without coordinates (NaN) says that its camera had no view; handed over by pointer between nodelets",
     ),
     Topic(
         names.VOXELIZED_CLOUD,
@@ -247,10 +249,20 @@ TOPICS: Tuple[Topic, ...] = (
         meaning="masks, private area, state as text",
     ),
     Topic(
+        names.PERMISSION,
+        "yarm/Permission",
+        COMMANDER,
+        f"{CONTROLS}, {SANDER}",
+        "each map",
+        "world",
+        queue=10,
+        meaning="dead-man's switch: robots and manipulators may move",
+    ),
+    Topic(
         names.SAFETY_STATUS,
         "yarm/SafetyStatus",
         SAFETY,
-        "people, experiments",
+        f"{COMMANDER}, {CONTROLS}, {SANDER}, people",
         "30 Hz",
         "world",
         queue=10,
@@ -309,15 +321,16 @@ ACTIONS: Tuple[Service, ...] = (
 )
 
 
-def markdown() -> List[str]:
-    """The tables of docs/ros_api.md, line by line."""
-    lines = ["## Topics", "", "| topic | type | from | to | rate | frame | latched | queue | meaning |"]
+def markdown(topics: Sequence[Topic], services: Sequence[Service], actions: Sequence[Service] = ()) -> List[str]:
+    """The tables of docs/ros_api.md for one system, line by line."""
+    lines = ["### Topics", "", "| topic | type | from | to | rate | frame | latched | queue | meaning |"]
     lines.append("|---|---|---|---|---|---|---|---|---|")
-    for topic in TOPICS:
+    for topic in topics:
         cells = [f"`{topic.name}`", topic.type, topic.sender, topic.receivers, topic.rate, topic.frame]
         cells += ["yes" if topic.latched else "", str(topic.queue), topic.meaning]
         lines.append("| " + " | ".join(cells) + " |")
-    for title, rows in (("Services", SERVICES), ("Actions", ACTIONS)):
-        lines += ["", f"## {title}", "", "| name | type | server | meaning |", "|---|---|---|---|"]
-        lines += [f"| `{row.name}` | {row.type} | {row.server} | {row.meaning} |" for row in rows]
+    for title, rows in (("Services", services), ("Actions", actions)):
+        if rows:
+            lines += ["", f"### {title}", "", "| name | type | server | meaning |", "|---|---|---|---|"]
+            lines += [f"| `{row.name}` | {row.type} | {row.server} | {row.meaning} |" for row in rows]
     return lines

@@ -1,4 +1,4 @@
-"""Simulated time that goes backwards: the one place where Python nodes notice it (C++: yarm/ros/clock.hpp).
+"""Simulated time that goes backwards: the one place where Python nodes notice it (C++: yarm/sync/clock.hpp).
 
 The simulator may be stopped and started again in mid-run; then ``/clock`` jumps back and everything that remembers
 stamps (tf buffers, plans, timers, action goals) must start afresh.

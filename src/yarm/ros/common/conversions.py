@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import struct
 import threading
-from typing import Callable, Dict, Optional, Tuple
+import time
+from typing import Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
 import rospy
 from geometry_msgs.msg import Pose, Transform
 
-from yarm.geometry import CellMap, GridSpec, MappedObject, Pose2, yaw_of_quaternion
-from yarm.ros import names
+from yarm.geometry import CellMap, FloatArray, GridSpec, MappedObject, Pose2, transform_matrix, yaw_of_quaternion
+from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, map_fault, present_s
+
+SPEAKS_S = 1.0
+"""Wall time for which the newest map binds those that follow to its grid and order, s."""
 
 
 class _Reader:
@@ -79,11 +85,30 @@ def _parse(reader: _Reader) -> CellMap:
         raise ValueError("the arrays of objects differ in length")
     if len(grid) != spec.n_cells:
         raise ValueError(f"the grid has {len(grid)} values, its shape {spec.shape} needs {spec.n_cells}")
+    _check_contents(spec, names_, cells, grid)
     objects: Dict[str, MappedObject] = {
         name: MappedObject(name, kind, int(uid), pose[:3], pose[3:], own)  # type: ignore[arg-type]
         for name, kind, uid, pose, own in zip(names_, kinds, uids, poses, cells)
     }
     return CellMap(stamp_s, spec, grid.reshape(spec.shape), objects)  # type: ignore[arg-type]
+
+
+def _check_contents(
+    spec: GridSpec, object_names: List[str], cells: List[npt.NDArray[np.int64]], grid: npt.NDArray[np.generic]
+) -> None:
+    """Refuse names that are used twice, cells outside the grid and values that mean nothing.
+
+    Raises:
+        ValueError: the first fault.
+    """
+    doubled = sorted({name for name in object_names if object_names.count(name) > 1})
+    if doubled:
+        raise ValueError(f"more than one object is called {', '.join(doubled)}")
+    for name, own in zip(object_names, cells):
+        if len(own) and (own.min() < 0 or np.any(own.max(axis=0) >= spec.shape)):
+            raise ValueError(f"{name} has cells outside the grid of {spec.shape}")
+    if len(grid) and (grid.min() < 0 or grid.max() > 2):
+        raise ValueError(f"the grid's values {grid.min()} to {grid.max()} must be 0, 1 or 2")
 
 
 def _cells(reader: _Reader) -> npt.NDArray[np.int64]:
@@ -97,59 +122,74 @@ def _transform(reader: _Reader) -> Tuple[float, ...]:
 
 
 class MapSubscriber:
-    """Keeps the newest occupancy grid of a topic; it is parsed only when somebody asks. Thread-safe."""
+    """Keeps the newest occupancy grid of a topic; a faulty or older one is left out, its sender named. Thread-safe."""
 
-    def __init__(self, on_map: Optional[Callable[[float], None]] = None, topic: str = names.PLANNING_METADATA) -> None:
+    def __init__(self, on_map: Optional[Callable[[CellMap], None]] = None, lock_step: bool = False) -> None:
         """Subscribe.
 
         Args:
-            on_map: called with the capture stamp, s, of each map as it arrives, from the subscriber's thread.
-            topic: name of the topic.
+            on_map: called with each good map as it arrives, from the subscriber's thread.
+            lock_step: the simulation waits for every map to be taken, so that none comes too early.
         """
+        self._lock_step = lock_step
         self._lock = threading.Lock()
-        self._data: Optional[bytes] = None
         self._map: Optional[CellMap] = None
+        self._taken_s = -math.inf
         self._on_map = on_map
+        self._door = Doorkeeper(names.PLANNING_METADATA)
         self._subscriber = rospy.Subscriber(
-            topic, rospy.AnyMsg, self._on_message, queue_size=1, buff_size=2**22, tcp_nodelay=True
+            names.PLANNING_METADATA, rospy.AnyMsg, self._on_message, queue_size=1, buff_size=2**22, tcp_nodelay=True
         )
 
     def _on_message(self, message: rospy.AnyMsg) -> None:
-        data = message._buff
+        now_s = time.monotonic()
         with self._lock:
-            self._data = data
-            self._map = None
+            before = self._map if now_s - self._taken_s < SPEAKS_S else None
+        try:
+            cell_map = parse_map_metadata(message._buff)
+            fault = map_fault(cell_map, present_s(self._lock_step), before)
+        except ValueError as error:
+            fault = str(error)
+        if self._door.refuses(message, fault):
+            return
+        with self._lock:
+            self._map, self._taken_s = cell_map, now_s
         if self._on_map is not None:
-            secs, nsecs = struct.unpack_from("<II", data, 4)
-            self._on_map(secs + 1e-9 * nsecs)
+            self._on_map(cell_map)
 
     def newest(self) -> Optional[CellMap]:
-        """The newest grid; None before the first.
-
-        Raises:
-            ValueError: the newest message cannot be read.
-        """
+        """The newest good grid; None before the first."""
         with self._lock:
-            data, cell_map = self._data, self._map
-        if data is None or cell_map is not None:
-            return cell_map
-        cell_map = parse_map_metadata(data)
-        with self._lock:
-            if self._data is data:
-                self._map = cell_map
-        return cell_map
+            return self._map
 
     def clear(self) -> None:
         """Forget the newest grid (clock gone backwards)."""
         with self._lock:
-            self._data = None
-            self._map = None
+            self._map, self._taken_s = None, -math.inf
+
+
+def matrix_of_pose(pose: Pose) -> FloatArray:
+    """Homogeneous matrix (4, 4) of a pose message."""
+    p, q = pose.position, pose.orientation
+    return transform_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+
+def matrix_of_transform(transform: Transform) -> FloatArray:
+    """Homogeneous matrix (4, 4) of a transform message."""
+    t, q = transform.translation, transform.rotation
+    return transform_matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
 
 def pose2_of_transform(transform: Transform) -> Pose2:
     """x, y, metres, and yaw, rad, of a transform message."""
     q = transform.rotation
     return Pose2(transform.translation.x, transform.translation.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
+
+
+def pose2_of_pose(pose: Pose) -> Pose2:
+    """x, y, metres, and yaw, rad, of a pose message."""
+    q = pose.orientation
+    return Pose2(pose.position.x, pose.position.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
 
 
 def pose_message(x: float, y: float, z: float, yaw_rad: float) -> Pose:

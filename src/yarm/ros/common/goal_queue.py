@@ -1,6 +1,6 @@
-"""Action server of one robot: goals and cancels are queued, and worked on by the node's tick.
+"""Action servers whose goals and cancels are queued, and worked on by the node's own loop.
 
-actionlib's own timer dies when simulated time goes backwards and its callbacks come under its lock; here the tick
+actionlib's own timer dies when simulated time goes backwards and its callbacks come under its lock; here the loop
 publishes the status and the callbacks only put things into a queue.
 """
 
@@ -8,70 +8,63 @@ from __future__ import annotations
 
 import queue
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional
+from typing import Any, Callable, List, Optional
 
 import rospy
 from actionlib import ActionServer, ServerGoalHandle
-from actionlib_msgs.msg import GoalID
-
-from yarm.control.base_controller import Outcome
-from yarm.msg import MoveRobotAction, MoveRobotActionGoal, MoveRobotFeedback, MoveRobotGoal, MoveRobotResult
 
 STATUS_PERIOD_S = 0.2
 
 
 @dataclass(frozen=True)
-class Event:
+class GoalEvent:
     """A new goal, or the wish to cancel one."""
 
     handle: ServerGoalHandle
     cancel: bool
 
 
-class MoveRobotServer(ActionServer):
-    """``<robot>/move_robot``: at most one goal is active; a new one preempts it."""
+class GoalQueue(ActionServer):  # type: ignore[misc]
+    """An action of which at most one goal is active."""
 
-    def __init__(self, name: str, wake: Callable[[], None]) -> None:
+    def __init__(self, name: str, action: Any, wake: Callable[[], None]) -> None:
         """Advertise the action.
 
         Args:
             name: relative name of the action.
+            action: class of its messages.
             wake: called when a goal or cancel has come; must take no lock that a caller of this class holds.
         """
         self._wake = wake
-        super().__init__(name, MoveRobotAction, self._on_goal, self._on_cancel, auto_start=False)
-        self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        super().__init__(name, action, self._on_goal, self._on_cancel, auto_start=False)
+        self._events: queue.SimpleQueue[GoalEvent] = queue.SimpleQueue()
         self._active: Optional[ServerGoalHandle] = None
         self._status_s = -1.0
-        self.received: Dict[str, int] = {}
         self.start()
         if self.status_timer is not None:
             self.status_timer.shutdown()
 
-    def internal_goal_callback(self, goal: MoveRobotActionGoal) -> None:
-        """Count the goal by its sender, then as usual."""
+    def internal_goal_callback(self, goal: Any) -> None:
+        """Take a goal in, then as usual."""
         super().internal_goal_callback(goal)
-        self._count(goal)
+        self._arrived(goal)
 
-    def internal_cancel_callback(self, goal_id: GoalID) -> None:
-        """Count the cancel by its sender, then as usual."""
+    def internal_cancel_callback(self, goal_id: Any) -> None:
+        """Take a cancel in, then as usual."""
         super().internal_cancel_callback(goal_id)
-        self._count(goal_id)
+        self._arrived(goal_id)
 
-    def _count(self, message: object) -> None:
-        header: Dict[str, str] = getattr(message, "_connection_header", None) or {}
-        sender = header.get("callerid", "").rsplit("/", 1)[-1]
-        with self.lock:
-            self.received[sender] = self.received.get(sender, 0) + 1
+    def _arrived(self, message: Any) -> None:
+        """A goal or cancel is in the queue."""
         self._wake()
 
     def _on_goal(self, handle: ServerGoalHandle) -> None:
-        self._events.put(Event(handle, False))
+        self._events.put(GoalEvent(handle, False))
 
     def _on_cancel(self, handle: ServerGoalHandle) -> None:
-        self._events.put(Event(handle, True))
+        self._events.put(GoalEvent(handle, True))
 
-    def events(self) -> List[Event]:
+    def events(self) -> List[GoalEvent]:
         """Everything that has come since the last call, in order."""
         found = []
         while not self._events.empty():
@@ -87,34 +80,16 @@ class MoveRobotServer(ActionServer):
         handle.set_accepted()
         self._active = handle
 
-    @staticmethod
-    def reject(handle: ServerGoalHandle, reason: str) -> None:
-        """Refuse a goal."""
-        handle.set_rejected(MoveRobotResult(flag=False, message=reason), reason)
-
-    @staticmethod
-    def recall(handle: ServerGoalHandle) -> None:
-        """Confirm the cancel of a goal that is not being pursued."""
-        handle.set_canceled(MoveRobotResult(flag=False, message="cancelled before it was begun"), "cancelled")
-
-    def finish(self, outcome: Outcome, message: str) -> None:
-        """End the active goal; nothing happens without one."""
-        handle, self._active = self._active, None
-        if handle is None:
-            return
-        result = MoveRobotResult(flag=outcome is Outcome.SUCCEEDED, message=message)
-        ends: Dict[Outcome, Callable[[MoveRobotResult, str], None]] = {
-            Outcome.SUCCEEDED: handle.set_succeeded,
-            Outcome.PREEMPTED: handle.set_canceled,
-            Outcome.ABORTED: handle.set_aborted,
-        }
-        ends[outcome](result, message)
-
-    def goal(self) -> Optional[MoveRobotGoal]:
-        """The active goal."""
+    def goal(self) -> Any:
+        """The active goal; None without one."""
         return None if self._active is None else self._active.get_goal()
 
-    def feedback(self, feedback: MoveRobotFeedback) -> None:
+    def take_active(self) -> Optional[ServerGoalHandle]:
+        """The active goal's handle, which is to be ended now; none is active afterwards."""
+        handle, self._active = self._active, None
+        return handle
+
+    def feedback(self, feedback: Any) -> None:
         """Send feedback on the active goal."""
         if self._active is not None:
             self._active.publish_feedback(feedback)
@@ -125,23 +100,10 @@ class MoveRobotServer(ActionServer):
             self._status_s = now_s
             self.publish_status()
 
-    def forget(self, reason: str) -> None:
-        """Abort what is active, refuse what waits, and forget every goal and stamp; connections stay."""
-        for event in self.events():
-            if not event.cancel:
-                self.reject(event.handle, reason)
-        self.finish(Outcome.ABORTED, reason)
+    def forget_stamps(self) -> None:
+        """Say a last time how all goals stand, and forget them; connections stay."""
         with self.lock:
             self.publish_status()
             self.status_list.clear()
             self.last_cancel = rospy.Time()
-            self.received.clear()
             self._status_s = -1.0
-
-    def close(self, reason: str) -> None:
-        """Abort what is active and withdraw the action."""
-        rospy.loginfo("%s withdrawn: %s", self.ns, reason)
-        received = dict(self.received)
-        self.forget(reason)
-        self.received = received
-        self.stop()

@@ -10,10 +10,17 @@ import os
 from pathlib import Path
 from typing import Callable, Dict, List, Sequence
 
+from yarm.exploration.registry import CONTROLLERS
+from yarm.inspection.model import CONTROLLERS as ROUNDS
+from yarm.params import has_form
+from yarm.planning.registry import PLANNER_NAMES
 from yarm.resources import resource
+from yarm.robots.hc10 import NAME
+from yarm.sim.scenes.arena import arena_path, shipped_arenas
+from yarm.sim.scenes.layout_file import KNOWN, is_layout
+from yarm.sim.scenes.scene import SceneError, load_scene
 
 MAX_SEED = 2**31 - 1
-PLANNERS = ("yarm", "original", "ma_astar", "ompl_rrtconnect", "ompl_prmstar", "ompl_bitstar")
 Check = Callable[[str], str]
 
 
@@ -22,6 +29,11 @@ def _one_of(*allowed: str) -> Check:
         return "" if value in allowed else "must be one of " + ", ".join(allowed)
 
     return check
+
+
+def _planner(value: str) -> str:
+    fault = _one_of(*PLANNER_NAMES)(value)
+    return f"{fault}, or module:Class" if fault and not has_form(value, "module:Class") else ""
 
 
 def _whole(low: int, high: int) -> Check:
@@ -45,14 +57,35 @@ def _number(low: float, high: float) -> Check:
 
 
 def _scene(value: str) -> str:
-    shipped = sorted(path.stem for path in resource("scenes").glob("*.yaml"))
+    shipped = sorted(path.stem for path in resource("scenes", "cell").glob("*.yaml"))
     if value in shipped or Path(value).is_file():
         return ""
     return "no such scene; shipped: " + ", ".join(shipped) + "; or give the path of a YAML file"
 
 
+def _case(value: str) -> str:
+    fault = _scene(value)
+    return f"{fault}; the rooms' cases are explore and inspect" if fault else ""
+
+
+def _arena(value: str) -> str:
+    if arena_path(value).is_file():
+        return ""
+    return "no such arena; shipped: " + ", ".join(shipped_arenas()) + "; or give the path of a YAML file"
+
+
+def _layout(value: str) -> str:
+    return "" if not value or is_layout(value) else f"no such layout; known: {KNOWN}"
+
+
 def _recording(value: str) -> str:
     return "" if Path(value).is_file() else "no such file; give a recording, bag:=/path/to/run.bag"
+
+
+def _arms(value: str) -> str:
+    words = value.split()
+    good = words and len(set(words)) == len(words) and all(word.startswith(NAME) for word in words)
+    return "" if good else f"must be names that begin with {NAME}, each once, separated by spaces"
 
 
 _BOOL = _one_of("true", "false")
@@ -65,18 +98,44 @@ def _window(value: str) -> str:
 
 
 CHECKS: Dict[str, Check] = {
+    # One name with two meanings: argument@meaning.
     "scene": _scene,
-    "case": _scene,
+    "case": _case,
+    "arena": _arena,
+    "layout": _layout,
     "seed": _whole(-1, MAX_SEED),
-    "planner": _one_of(*PLANNERS),
+    "planner": _planner,
+    "controller": _one_of(*sorted(CONTROLLERS)),
+    "controller@inspection": _one_of(*ROUNDS),
+    "time_limit_s": _number(1.0, 36000.0),
     "backend": _one_of("fused", "pcl"),
     "mode": _one_of("bounded", "boundless"),
+    "check_steps": _one_of("true", "false", "report"),
     "real_time_factor": _number(0.0, 100.0),
     "recording": _recording,
     "rate": _number(0.01, 100.0),
     "start": _number(0.0, 1e6),
     **dict.fromkeys(("rviz", "gui"), _window),
-    **dict.fromkeys(("sync", "bag", "nodelets", "noise", "cleanup", "loop"), _BOOL),
+    "arms": _arms,
+    **dict.fromkeys(
+        (
+            "sander",
+            "sync",
+            "bag",
+            "nodelets",
+            "noise",
+            "cleanup",
+            "loop",
+            "replanning",
+            "vary",
+            "slam",
+            "boxes_known",
+            "inspector",
+            "return_to_start",
+            "autostart",
+        ),
+        _BOOL,
+    ),
 }
 
 
@@ -90,5 +149,20 @@ def faults(arguments: Sequence[str]) -> List[str]:
             continue
         fault = CHECKS[name](value)
         if fault:
-            found.append(f"launch argument {name} = {value!r}: {fault}")
-    return found
+            found.append(f"launch argument {name.partition('@')[0]} = {value!r}: {fault}")
+    return found + _arms_without_sander(dict(word.split(":=", 1) for word in arguments if ":=" in word))
+
+
+def _arms_without_sander(values: Dict[str, str]) -> List[str]:
+    """A manipulator of the scene that nobody would bring to work."""
+    scene, arms = values.get("scene", ""), values.get("arms", "")
+    if not scene or not arms or values.get("sander") == "false" or _scene(scene):
+        return []
+    try:
+        working = load_scene(scene).working_arms
+    except SceneError as error:
+        return [str(error)]
+    if set(working) <= set(arms.split()):
+        return []
+    wanted = " ".join(working)
+    return [f'launch argument arms = {arms!r}: scene {scene} has {", ".join(working)}; say arms:="{wanted}"']

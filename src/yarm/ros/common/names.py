@@ -6,6 +6,8 @@ All names are relative, so that they can be remapped and pushed into a namespace
 
 from __future__ import annotations
 
+from yarm.robots import ankurbot, hc10
+
 WORLD_FRAME = "world"
 
 # The simulated cell.
@@ -30,15 +32,99 @@ OCCUPANCY = "occupancy"
 PREDICT_NEW_STATE = "predict_new_state"
 DIAGNOSTICS = "/diagnostics"
 
+# The map of a room.
+SCAN = "scan"
+MAP = "map"
+MAP_METADATA = "map_metadata"
+DYNAMIC_MAP = "dynamic_map"
+STATIC_MAP = "static_map"
+SET_MAP = "set_map"
+AMCL_POSE = "amcl_pose"
+INITIAL_POSE = "initialpose"
+PARTICLE_CLOUD = "particlecloud"
+GLOBAL_LOCALIZATION = "global_localization"
+REQUEST_NOMOTION_UPDATE = "request_nomotion_update"
+SLAM_ENTROPY = "slam_gmapping/entropy"
+
+# A TurtleBot in a room.
+ODOM = "odom"
+BUMPER = "mobile_base/events/bumper"
+DEPTH_IMAGE = "camera/depth/image_raw"
+BASE_VELOCITY = "mobile_base/commands/velocity"
+MAP_FRAME, ODOM_FRAME, BASE_FOOTPRINT = "map", "odom", "base_footprint"
+BUMPER_CLOUD = "mobile_base/sensors/bumper_pointcloud"
+DEPTH_INFO = "camera/depth/camera_info"
+BASE_JOINTS = "joint_states"
+SCAN_FRAME, DEPTH_FRAME, BASE_LINK = "camera_depth_frame", "camera_depth_optical_frame", "base_link"
+SIM_POSE = "sim/pose"
+SIM_ARENA = "sim/arena"
+MUX_ACTIVE = "cmd_vel_mux/active"
+
+
+def mux_input(source: str) -> str:
+    """Velocity commands of one source ("safety_controller", "teleop", "navi"); the multiplexer chooses."""
+    return f"cmd_vel_mux/input/{source}"
+
+
+# One robot that explores a room.
+TELEOP = mux_input("teleop")
+EXPLORER_NODE = "explorer"
+GATE_NODE = "velocity_gate"
+GATE_INPUT = f"{GATE_NODE}/input"
+EXPLORE_RESUME = "explore/resume"
+
+
+def explorer(name: str) -> str:
+    """A private topic or service of the explorer: status, events, frontiers, plan, bumps, map, start, stop ..."""
+    return f"{EXPLORER_NODE}/{name}"
+
+
+# Boxes with tags, and the way to them.
+RGB_IMAGE = "camera/rgb/image_raw"
+RGB_INFO = "camera/rgb/camera_info"
+RGB_FRAME = "camera_rgb_optical_frame"
+MOVE_BASE = "move_base"
+SIMPLE_GOAL = f"{MOVE_BASE}_simple/goal"
+NAVI = mux_input("navi")
+AMCL_LOCALISED, AMCL_REASON = "amcl/localised", "amcl/reason"
+OBJECTS = "objects"
+RECOGNISER_NODE = "tag_recogniser"
+INSPECTOR_NODE = "inspector"
+
+
+def move_base(name: str) -> str:
+    """A private topic or service of move_base: make_plan, clear_costmaps, local_plan, global_costmap/costmap ..."""
+    return f"{MOVE_BASE}/{name}"
+
+
+def recogniser(name: str) -> str:
+    """A private topic or service of the recogniser: verdict, image, add_tag, remove_tag, load_tags."""
+    return f"{RECOGNISER_NODE}/{name}"
+
+
+def inspector(name: str) -> str:
+    """A private topic or service of the inspector: status, verdict, markers, start, stop, return_home ..."""
+    return f"{INSPECTOR_NODE}/{name}"
+
+
 # Commander and safety.
 COMMANDER_STATE = "commander_state"
 COMMANDER_STATUS = "commander/status"
+PERMISSION = "commander/permission"
 PLAN_REPORT = "commander/plan"
 PARTICLES_AND_WAYPOINTS = "particles_and_waypoints"
 MAPS_AND_MASKS = "maps_and_masks"
 SAFETY_STATUS = "safety/status"
 
-CASTERS = ("fl", "fr", "rl", "rr")
+# The youBot's arm, in bags.
+TARGET_POSITION = "target_position"
+ARM_COMMAND = "EffortJointInterface_trajectory_controller/command"
+
+# Nodes whose heartbeats others wait for.
+COMMANDER_NODE = "commander"
+SAFETY_NODE = "safety_monitor"
+
+CASTERS = ankurbot.CASTERS
 
 
 def camera_points(camera: int) -> str:
@@ -79,6 +165,16 @@ def move_robot(robot: str) -> str:
 def joint_path_command(arm: str) -> str:
     """Joint trajectory streamed to an arm."""
     return f"{arm}/joint_path_command"
+
+
+def sander_node(arm: str) -> str:
+    """Node of an arm's sander: ``hc10_state_machine`` of ``hc10_barc``, ``hc10_state_machine_2`` of ``hc10_barc_2``."""
+    return arm.replace(hc10.NAME, "hc10_state_machine", 1)
+
+
+def station(arm: str) -> str:
+    """Parameter that says where an arm's station is (``yarm.ros.common.stations``)."""
+    return f"{arm}/station"
 
 
 def wrist_points(arm: str) -> str:

@@ -8,13 +8,20 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Int8
 
-from yarm.control.base_controller import Outcome
-from yarm.control.sander_client import SanderClient
-from yarm.control.sander_states import Button, SanderReport, SanderState
+from yarm.control.actions import ArmAction
+from yarm.control.base.controller import Outcome
+from yarm.control.sander.client import SanderClient
+from yarm.control.sander.states import Button, SanderReport, SanderState
+from yarm.geometry import GridSpec
+from yarm.geometry.kinds import ObjectKind
 from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject, SanderStatus, StepAck
-from yarm.ros import names
-from yarm.ros.controls_server_params import ControlsServerParams
-from yarm.ros.controls_server_robots import End, Outbox, RobotUnit, SeedPose
+from yarm.robots.hc10 import area_text, parse_area
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
+from yarm.ros.common.checks import Doorkeeper, present_s, sander_fault
+from yarm.ros.common.stations import load_station
+from yarm.ros.controls.params import ControlsServerParams
+from yarm.ros.controls.robots import End, Outbox, RobotUnit, SeedPose
 
 JOY_AXES = 4
 
@@ -22,7 +29,7 @@ JOY_AXES = 4
 class ArmUnit(RobotUnit):
     """Presses the buttons of one arm's sander."""
 
-    kind = "Manipulator"
+    kind = ObjectKind.MANIPULATOR
 
     def __init__(
         self,
@@ -36,6 +43,7 @@ class ArmUnit(RobotUnit):
         self._name = name
         self._params = params
         self._wake = wake
+        self._area = area_text(load_station(name).moved_area(GridSpec(), parse_area(params.manipulator_area)))
         self._client = SanderClient(params.manipulator_timeout_s)
         self._action = ""
         self._report: Optional[SanderReport] = None
@@ -47,6 +55,7 @@ class ArmUnit(RobotUnit):
         self._ack = (
             rospy.Publisher(names.sander_command_ack(name), StepAck, queue_size=10, latch=True) if params.sync else None
         )
+        self._door = Doorkeeper(names.sander_status(name))
         self._status = rospy.Subscriber(
             names.sander_status(name), SanderStatus, self._on_status, queue_size=20, tcp_nodelay=True
         )
@@ -62,7 +71,7 @@ class ArmUnit(RobotUnit):
 
     def cancel(self, reason: str) -> None:
         """Hold the arm where it is, unless only a switch was being thrown."""
-        if self._action in ("CALIBRATION", "CLEANUP"):
+        if self._action in (ArmAction.CALIBRATE.value, ArmAction.CLEANUP.value):
             rospy.loginfo("%s: %s given up (%s), arm held", self._name, self._action, reason)
             self._press(Button.HOLD)
         self._action = ""
@@ -80,8 +89,8 @@ class ArmUnit(RobotUnit):
         if request.outcome is Outcome.ACTIVE:
             return None
         action, self._action = self._action, ""
-        if action == "CALIBRATION" and request.outcome is Outcome.SUCCEEDED:
-            return Outcome.SUCCEEDED, f"SPACE=SWITCH/AREA={self._params.manipulator_area}"
+        if action == ArmAction.CALIBRATE.value and request.outcome is Outcome.SUCCEEDED:
+            return Outcome.SUCCEEDED, f"SPACE=SWITCH/AREA={self._area}"
         return request.outcome, request.reason
 
     def hold(self) -> None:
@@ -98,9 +107,7 @@ class ArmUnit(RobotUnit):
     def acknowledge(self, stamp_s: float) -> None:
         """Tell the sander how many messages it must have had before it works on this tick."""
         if self._ack is not None:
-            ack = StepAck(node="multi_robot_controls_server", commands_sent=self._outbox.sent)
-            ack.header.stamp = rospy.Time.from_sec(stamp_s)
-            self._ack.publish(ack)
+            self._ack.publish(step_ack(rospy.Time.from_sec(stamp_s), self._outbox.sent))
 
     def reset(self) -> None:
         """Forget goal, report and counts."""
@@ -123,6 +130,8 @@ class ArmUnit(RobotUnit):
             self._outbox.send(self._joy, joy)
 
     def _on_status(self, message: SanderStatus) -> None:
+        if self._door.refuses(message, sander_fault(message, present_s(self._params.sync))):
+            return
         self._report = SanderReport(
             state=SanderState(message.state),
             enabled=message.enabled,

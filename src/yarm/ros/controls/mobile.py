@@ -5,22 +5,24 @@ from __future__ import annotations
 import math
 from typing import Callable, List, Optional, Tuple
 
-import numpy as np
 import rospy
 from geometry_msgs.msg import Pose, Twist
 from sensor_msgs.msg import JointState
-from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import Float64
 
-from yarm.control.base_controller import BaseCommand, BaseController, BaseGoal, Outcome
-from yarm.control.base_kinematics import Casters
-from yarm.control.footprint import Box, box_around, extent_in_cells
+from yarm.control.actions import MobileAction
+from yarm.control.base.controller import BaseCommand, BaseController, BaseGoal, Outcome
+from yarm.control.base.footprint import Box, box_around, extent_in_cells
+from yarm.control.base.kinematics import Casters
 from yarm.geometry.grid import GridSpec
-from yarm.geometry.poses import Pose2, transform_matrix, yaw_of_quaternion
+from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.poses import Pose2, yaw_of_quaternion
 from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject
-from yarm.ros import names
-from yarm.ros.controls_server_params import ControlsServerParams
-from yarm.ros.controls_server_robots import End, Outbox, RobotUnit, SeedPose
+from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, joints_fault, present_s
+from yarm.ros.common.solids import solids_of
+from yarm.ros.controls.params import ControlsServerParams
+from yarm.ros.controls.robots import End, Outbox, RobotUnit, SeedPose
 
 REGISTRY_WAIT_S = 3.0
 RESEND_S = 0.5
@@ -30,7 +32,7 @@ CASTER_CHANGE_RAD = 1e-4
 class MobileUnit(RobotUnit):
     """Drives one omnidirectional robot."""
 
-    kind = "Mobile"
+    kind = ObjectKind.MOBILE
 
     def __init__(
         self,
@@ -63,13 +65,14 @@ class MobileUnit(RobotUnit):
         self._outbox = Outbox()
         self._cmd_vel = self._outbox.publisher(names.cmd_vel(name), Twist)
         self._steer = [self._outbox.publisher(names.caster_command(name, caster), Float64) for caster in names.CASTERS]
+        self._door = Doorkeeper(names.joint_states(name))
         self._joints = rospy.Subscriber(
             names.joint_states(name), JointState, self._on_joints, queue_size=5, tcp_nodelay=True
         )
 
     def refusal(self, goal: MoveRobotGoal) -> str:
         """Pose goals need a finite pose."""
-        if goal.action == "CALIBRATION":
+        if not self.drives(goal):
             return ""
         position, q = goal.target.position, goal.target.orientation
         values = (position.x, position.y, position.z, q.x, q.y, q.z, q.w)
@@ -78,12 +81,16 @@ class MobileUnit(RobotUnit):
             return f"target {values} must be finite, with a quaternion of length 1 (it is {norm:.3f})"
         return ""
 
+    def drives(self, goal: MoveRobotGoal) -> bool:
+        """Every goal but a calibration moves the base."""
+        return MobileAction.of(goal.action) is not MobileAction.CALIBRATE
+
     def start(self, goal: MoveRobotGoal) -> None:
         """Calibrate, or drive to the target."""
-        self._calibrating = goal.action == "CALIBRATION"
+        self._calibrating = not self.drives(goal)
         self._calibration_s = None
         if not self._calibrating:
-            about_body = goal.action in ("True", "true", "TRUE")
+            about_body = MobileAction.of(goal.action) is MobileAction.ABOUT_BODY
             self._controller.start(BaseGoal(target_pose(goal.target), about_body))
 
     def cancel(self, reason: str) -> None:
@@ -164,6 +171,8 @@ class MobileUnit(RobotUnit):
         return Outcome.ABORTED, reason
 
     def _on_joints(self, message: JointState) -> None:
+        if self._door.refuses(message, joints_fault(message, present_s(self._params.sync))):
+            return
         angles = dict(zip(message.name, message.position))
         try:
             fl, fr, rl, rr = (angles[f"{caster}_caster_joint"] for caster in names.CASTERS)
@@ -203,18 +212,5 @@ def target_pose(pose: Pose) -> Pose2:
 
 def boxes_in_base(entry: RegisteredObject, name: str) -> List[Box]:
     """Boxes around a robot's registered solids, in its base frame."""
-    boxes = []
-    for shape, pose, frame in zip(entry.shapes, entry.shape_poses, entry.shape_frames):
-        p, q = pose.position, pose.orientation
-        if frame == names.base_frame(name):
-            boxes.append(box_around(_half_extent(shape), transform_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
-    return boxes
-
-
-def _half_extent(shape: SolidPrimitive) -> np.ndarray:
-    if shape.type == SolidPrimitive.BOX:
-        return 0.5 * np.array(shape.dimensions)
-    if shape.type == SolidPrimitive.SPHERE:
-        return np.full(3, shape.dimensions[SolidPrimitive.SPHERE_RADIUS])
-    radius = shape.dimensions[SolidPrimitive.CYLINDER_RADIUS]
-    return np.array([radius, radius, 0.5 * shape.dimensions[SolidPrimitive.CYLINDER_HEIGHT]])
+    own = [solid for frame, solid in solids_of(entry) if frame == names.base_frame(name)]
+    return [box_around(solid.half_extent, solid.pose) for solid in own]

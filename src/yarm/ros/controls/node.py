@@ -12,28 +12,33 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Deque, Dict, Mapping, Optional, Type, Union
+from typing import Deque, Dict, Optional, Sequence
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Pose, TransformStamped
 
-from yarm.control.base_controller import Outcome
+from yarm.control.base.controller import Outcome
+from yarm.geometry import rpy_of_quaternion, wrap_angle
+from yarm.geometry.kinds import ROBOT_KINDS
 from yarm.msg import MoveRobotFeedback, ObjectRegistry, RegisteredObject, StepAck, TransformStampedVector
-from yarm.ros import names
-from yarm.ros.clock import JUMP_BACK_S, ClockWatch
-from yarm.ros.controls_server_actions import MoveRobotServer
-from yarm.ros.controls_server_arm import ArmUnit
-from yarm.ros.controls_server_mobile import MobileUnit
-from yarm.ros.controls_server_params import ControlsServerParams
-from yarm.ros.controls_server_robots import RobotUnit, SeedPose
-from yarm.ros.params import load_params
+from yarm.robots import hc10
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
+from yarm.ros.common.checks import Doorkeeper, ack_fault, present_s, registry_fault, seeds_fault, transform_fault
+from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.common.params import load_params
+from yarm.ros.common.watchers import Watchers
+from yarm.ros.controls.actions import MoveRobotServer
+from yarm.ros.controls.arm import ArmUnit
+from yarm.ros.controls.mobile import MobileUnit
+from yarm.ros.controls.params import ControlsServerParams
+from yarm.ros.controls.robots import RobotUnit, SeedPose, UnitFactory
 
-ROBOT_TYPES: Mapping[str, Union[Type[MobileUnit], Type[ArmUnit]]] = {
+ROBOT_TYPES: Dict[str, UnitFactory] = {
     "ankurbot_*": MobileUnit,
-    "hc10_barc*": ArmUnit,
+    f"{hc10.NAME}*": ArmUnit,
 }
-ROBOT_KINDS = ("Mobile", "Manipulator")
 WATCH_PERIOD_S = 0.1
 SILENCE_S = 3.0
 FAREWELL_S = 0.1
@@ -41,6 +46,22 @@ FAREWELL_S = 0.1
 JUMP_AHEAD_S = 0.1
 """Lock-step: a longer step ahead is its beginning; camera sets of before are not waited for, s."""
 SAME_TICK_S = 0.004
+
+
+def register_robot_type(pattern: str, factory: UnitFactory) -> None:
+    """Let the server drive robots whose names match a pattern ("cart_*"); call it before the node's ``main``.
+
+    Raises:
+        ValueError: the pattern is taken.
+    """
+    if pattern in ROBOT_TYPES:
+        raise ValueError(f"robot type {pattern!r} is registered already; known: {', '.join(ROBOT_TYPES)}")
+    ROBOT_TYPES[pattern] = factory
+
+
+def robot_type(name: str) -> Optional[UnitFactory]:
+    """What makes the unit of a robot: the last registered of those whose patterns match its name; None without one."""
+    return next((make for pattern, make in reversed(ROBOT_TYPES.items()) if fnmatch.fnmatch(name, pattern)), None)
 
 
 @dataclass
@@ -53,7 +74,7 @@ class _Robot:
     seen_s: float
     goal_since_s: float = 0.0
     feedback_s: float = 0.0
-    held: bool = False
+    held_since_s: Optional[float] = None
 
 
 class ControlsServer:
@@ -79,6 +100,10 @@ class ControlsServer:
         self._gone_received = 0
         self._reset = False
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._watchers = Watchers(params, params.sync)
+        self._doors = {
+            name: Doorkeeper(name) for name in (names.OBJECT_REGISTRY, names.SEED_TRANSFORMS, names.STEP_ACK)
+        }
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_reset)
         self._subscribers = [
@@ -126,19 +151,35 @@ class ControlsServer:
             self._condition.notify()
 
     def _on_registry(self, message: ObjectRegistry) -> None:
-        self._registry = {entry.name: entry for entry in message.entries}
-        self._wake()
+        if not self._doors[names.OBJECT_REGISTRY].refuses(message, registry_fault(message)):
+            self._registry = {entry.name: entry for entry in message.entries}
+            self._wake()
 
     def _entry(self, name: str) -> Optional[RegisteredObject]:
         return self._registry.get(name)
 
     def _on_seeds(self, message: TransformStampedVector) -> None:
+        door, now_s = self._doors[names.SEED_TRANSFORMS], present_s(self._params.sync)
+        if door.refuses(message, seeds_fault(message, now_s) or self._order_fault(message)):
+            return
+        kept = [not door.refuses(message, transform_fault(transform, now_s)) for transform in message.transforms]
+        if not all(kept):
+            message = with_seeds(message, kept)
         with self._condition:
             self._seeds.append(message)
             self._heard_s = time.monotonic()
         self._wake()
 
+    def _order_fault(self, message: TransformStampedVector) -> str:
+        """Seeds of the past are a new run of the simulator only when the clock has gone back, too."""
+        stamp_s = message.header.stamp.to_sec()
+        if stamp_s < self._last_s - JUMP_BACK_S <= rospy.get_time():
+            return f"its stamp {stamp_s:.3f} s is older than that of the newest seeds, {self._last_s:.3f} s"
+        return ""
+
     def _on_ack(self, message: StepAck) -> None:
+        if self._doors[names.STEP_ACK].refuses(message, ack_fault(message)):
+            return
         if message.node.rsplit("/", 1)[-1] == self._params.sync_after:
             self._ack_after = message
             self._wake()
@@ -166,7 +207,7 @@ class ControlsServer:
         if self._lock_step_from_s - SAME_TICK_S < set_s and ack.header.stamp.to_sec() < set_s - SAME_TICK_S:
             return False
         received = sum(self._received(robot) for robot in self._robots.values())
-        return received + self._gone_received >= ack.commands_sent
+        return bool(received + self._gone_received >= ack.commands_sent)
 
     def _received(self, robot: _Robot) -> int:
         return robot.server.received.get(self._params.sync_after, 0)
@@ -190,7 +231,7 @@ class ControlsServer:
     def _see(self, name: str, pose: SeedPose, now_s: float) -> None:
         robot = self._robots.get(name)
         if robot is None:
-            unit_type = next((cls for pattern, cls in ROBOT_TYPES.items() if fnmatch.fnmatch(name, pattern)), None)
+            unit_type = robot_type(name)
             if unit_type is None:
                 if self._unknown.setdefault(name, True):
                     rospy.logwarn("%s: no robot type matches; known: %s", name, ", ".join(ROBOT_TYPES))
@@ -206,10 +247,15 @@ class ControlsServer:
         """Take in goals and cancels, act on the pose, report."""
         self._take_events(name, robot, now_s)
         age_s = now_s - robot.pose.stamp_s
+        goal = robot.server.goal()
+        objection = self._watchers.objection(now_s) if goal is not None and robot.unit.drives(goal) else ""
         if age_s > self._params.hold_s:
-            self._hold(name, robot, age_s, now_s)
+            self._hold_without_pose(name, robot, age_s, now_s)
+        elif objection:
+            since_s = now_s if robot.held_since_s is None else robot.held_since_s
+            self._hold(name, robot, objection, now_s - since_s, now_s)
         else:
-            robot.held = False
+            robot.held_since_s = None
             end = robot.unit.tick(robot.pose, now_s)
             if end is not None:
                 rospy.loginfo("%s: %s, %s", name, end[0].value, end[1])
@@ -217,7 +263,11 @@ class ControlsServer:
         goal = robot.server.goal()
         if goal is not None and now_s - robot.feedback_s >= 1.0 / self._params.feedback_hz:
             robot.feedback_s = now_s
-            feedback = MoveRobotFeedback(time=now_s - robot.goal_since_s, robotname=name, robottype=robot.unit.kind)
+            feedback = MoveRobotFeedback(
+                time=now_s - robot.goal_since_s, robotname=name, robottype=str(robot.unit.kind)
+            )
+            if robot.unit.drives(goal):
+                note_turns_left(feedback, robot.pose, goal.target)
             robot.unit.feedback(feedback)
             robot.server.feedback(feedback)
         robot.server.keep_alive(now_s)
@@ -232,7 +282,7 @@ class ControlsServer:
                     robot.server.recall(event.handle)
                 continue
             goal = event.handle.get_goal()
-            refusal = robot.unit.refusal(goal)
+            refusal = robot.unit.refusal(goal) or (self._watchers.objection(now_s) if robot.unit.drives(goal) else "")
             if refusal:
                 rospy.logwarn("%s: goal refused: %s", name, refusal)
                 robot.server.reject(event.handle, refusal)
@@ -244,17 +294,23 @@ class ControlsServer:
             robot.goal_since_s = now_s
             robot.unit.start(goal)
 
-    def _hold(self, name: str, robot: _Robot, age_s: float, now_s: float) -> None:
-        """Stand still while the pose is old; give the goal up when it stays so (a new goal waits as long, too)."""
-        if not robot.held:
-            robot.held = True
+    def _hold_without_pose(self, name: str, robot: _Robot, age_s: float, now_s: float) -> None:
+        reason = f"no pose of {name} for {age_s:.1f} s, allowed {self._params.stale_s:g} s: stopped"
+        self._hold(name, robot, reason, age_s, now_s)
+
+    def _hold(self, name: str, robot: _Robot, reason: str, lasted_s: float, now_s: float) -> None:
+        """Stand still for a reason that has lasted so long, s; give the goal up when it stays (a new one waits too)."""
+        if robot.held_since_s is None:
+            robot.held_since_s = now_s
             robot.unit.hold()
-        waited_s = now_s - robot.goal_since_s
-        if min(age_s, waited_s) > self._params.stale_s and robot.server.goal() is not None:
-            reason = f"no pose of {name} for {age_s:.1f} s, allowed {self._params.stale_s:g} s: stopped"
-            rospy.logerr(reason)
+        if robot.server.goal() is None:
+            return
+        if min(lasted_s, now_s - robot.goal_since_s) > self._params.stale_s:
+            rospy.logerr("%s: %s", name, reason)
             robot.unit.cancel(reason)
             robot.server.finish(Outcome.ABORTED, reason)
+        else:
+            rospy.logwarn_throttle(5.0, f"{name}: {reason}")
 
     def _watch(self) -> None:
         """Old seeds, seen from simulated time, when none come at all."""
@@ -267,16 +323,14 @@ class ControlsServer:
             return
         for name, robot in self._robots.items():
             self._take_events(name, robot, now_s)
-            self._hold(name, robot, now_s - robot.pose.stamp_s, now_s)
+            self._hold_without_pose(name, robot, now_s - robot.pose.stamp_s, now_s)
             robot.server.keep_alive(now_s)
 
     def _acknowledge(self, seeds: TransformStampedVector) -> None:
         for robot in self._robots.values():
             robot.unit.acknowledge(seeds.header.stamp.to_sec())
         sent = sum(robot.unit.simulator_commands for robot in self._robots.values())
-        ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=sent + self._gone_sent)
-        ack.header.stamp = seeds.header.stamp
-        self._ack.publish(ack)
+        self._ack.publish(step_ack(seeds.header.stamp, sent + self._gone_sent))
 
     def _remove(self, name: str, reason: str) -> None:
         robot = self._robots.pop(name)
@@ -293,16 +347,32 @@ class ControlsServer:
         for robot in self._robots.values():
             robot.unit.reset()
             robot.server.forget(reason)
-            robot.seen_s, robot.feedback_s = 0.0, 0.0
+            robot.seen_s, robot.feedback_s, robot.held_since_s = 0.0, 0.0, None
+        self._watchers.reset()
         self._last_s = -np.inf
         self._ack_after = None
         self._gone_sent = self._gone_received = 0
+
+
+def with_seeds(message: TransformStampedVector, kept: Sequence[bool]) -> TransformStampedVector:
+    """The same seeds without those that are not kept."""
+    found = TransformStampedVector(header=message.header)
+    for field in ("transforms", "type", "frame", "object"):
+        setattr(found, field, [value for value, keep in zip(getattr(message, field), kept) if keep])
+    return found
 
 
 def pose_of(transform: TransformStamped) -> SeedPose:
     """Pose of a seed from its transform."""
     t, q = transform.transform.translation, transform.transform.rotation
     return SeedPose(np.array((t.x, t.y, t.z)), np.array((q.x, q.y, q.z, q.w)), transform.header.stamp.to_sec())
+
+
+def note_turns_left(feedback: MoveRobotFeedback, pose: SeedPose, target: Pose) -> None:
+    """The published feedback's angles: target minus present roll, pitch and yaw, rad."""
+    q = target.orientation
+    left = rpy_of_quaternion((q.x, q.y, q.z, q.w)) - rpy_of_quaternion(pose.quaternion)
+    feedback.delta_roll, feedback.delta_pitch, feedback.delta_yaw = (wrap_angle(float(angle)) for angle in left)
 
 
 def main() -> None:

@@ -1,19 +1,21 @@
 """What a robot type must offer to the controls server, and which type a robot's name means.
 
-A new type is a new subclass of ``RobotUnit`` and one line in ``ROBOT_TYPES`` (controls_server.py).
+A new type is a new subclass of ``RobotUnit``, and a pattern of names that it is registered for (``register_robot_type``
+of ``yarm.ros.controls.node``); docs/extending.md shows one.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 import rospy
 
-from yarm.control.base_controller import Outcome
+from yarm.control.base.controller import Outcome
 from yarm.geometry.grid import FloatArray
-from yarm.msg import MoveRobotFeedback, MoveRobotGoal
+from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject
+from yarm.ros.controls.params import ControlsServerParams
 
 End = Tuple[Outcome, str]
 
@@ -67,6 +69,11 @@ class RobotUnit(ABC):
     def refusal(self, goal: MoveRobotGoal) -> str:
         """Why a goal cannot be taken, naming value and expectation; empty when it can."""
 
+    def drives(self, goal: MoveRobotGoal) -> bool:
+        """Whether a goal makes this node move something by itself, so that its watchers must be heard meanwhile."""
+        del goal
+        return False
+
     @abstractmethod
     def start(self, goal: MoveRobotGoal) -> None:
         """Begin a goal that was not refused."""
@@ -107,3 +114,10 @@ class RobotUnit(ABC):
     def acknowledge(self, stamp_s: float) -> None:
         """Lock-step: the tick is done; tell whoever else waits for this robot's commands (nobody, usually)."""
         del stamp_s
+
+
+UnitFactory = Callable[
+    [str, ControlsServerParams, Callable[[str], Optional[RegisteredObject]], Callable[[], None]], RobotUnit
+]
+"""Makes a unit from the robot's name, the server's parameters, the object registry by name, and a function to be called
+when something has come that a tick may wait for."""

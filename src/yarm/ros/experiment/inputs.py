@@ -11,8 +11,10 @@ import rospy
 from std_msgs.msg import Float32, Int8
 from tf2_msgs.msg import TFMessage
 
-from yarm.experiments.recorder import ContactSample, PlanSample, Recorder, TaskSample
+from yarm.control.sander.states import SanderState
+from yarm.experiments.run.recorder import ContactSample, PlanSample, Recorder, TaskSample
 from yarm.geometry import Pose2, yaw_of_quaternion
+from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
 from yarm.msg import (
     Clearance,
     CommanderStatus,
@@ -22,14 +24,13 @@ from yarm.msg import (
     PlanReport,
     SimStatus,
 )
-from yarm.ros import names
-from yarm.ros.conversions import pose2_of_transform
+from yarm.ros.common import names
+from yarm.ros.common.conversions import pose2_of_transform
 
 ENDED = ("reached", "backing_out", "unreachable", "failed")
 """Task statuses of goals the Commander is done with, well or not."""
 DECLARED = ("reached", "backing_out")
 POSE_ACTIONS = ("true", "false")
-SANDING = 4
 STATUSES = 200
 """Commander's statuses kept; one comes with each change, at least one a second."""
 
@@ -44,7 +45,7 @@ class Manipulator:
 
     def text(self) -> str:
         """For the progress line."""
-        if self.state != SANDING:
+        if self.state != SanderState.SCAN_TO_PATH:
             return f"state {self.state}"
         return f"{'sanding' if self.moving else 'paused'} {100 * self.progress:.0f} %"
 
@@ -99,11 +100,11 @@ class ExperimentInputs:
 
     def _on_registry(self, message: ObjectRegistry) -> None:
         with self.lock:
-            self.state.goals = {e.name for e in message.entries if e.object in ("Debris", "Target")}
-            self.state.robots = {e.name for e in message.entries if e.object == "Mobile"}
-            self._frames = {e.seed_frame: e.name for e in message.entries if e.object == "Mobile"}
-            self._goal_frames = {e.seed_frame: e.name for e in message.entries if e.object in ("Debris", "Target")}
-            arms = [e.name for e in message.entries if e.object == "Manipulator"]
+            self.state.goals = {e.name for e in message.entries if e.object in GOAL_KINDS}
+            self.state.robots = {e.name for e in message.entries if e.object == ObjectKind.MOBILE}
+            self._frames = {e.seed_frame: e.name for e in message.entries if e.object == ObjectKind.MOBILE}
+            self._goal_frames = {e.seed_frame: e.name for e in message.entries if e.object in GOAL_KINDS}
+            arms = [e.name for e in message.entries if e.object == ObjectKind.MANIPULATOR]
             self._take_fixed_goals()
         for robot in self.state.robots:
             self._follow(robot, [(names.move_robot(robot) + "/goal", MoveRobotActionGoal, self._on_goal)])
@@ -172,6 +173,7 @@ class ExperimentInputs:
 
     def _on_plan(self, message: PlanReport) -> None:
         with self.lock:
+            self.recorder.step(message.safe)
             for i, robot in enumerate(message.robots):
                 path = tuple((cell.x, cell.y) for cell in message.paths[i].indices)
                 sample = PlanSample(
@@ -216,7 +218,7 @@ class ExperimentInputs:
         with self.lock:
             manipulator = self.state.manipulators[arm]
             moving = message.data != 0
-            if manipulator.state == SANDING and (moving or manipulator.moving):
+            if manipulator.state == SanderState.SCAN_TO_PATH and (moving or manipulator.moving):
                 self.recorder.manipulator(self.state.now_s, arm, moving)
             manipulator.moving = moving
 

@@ -10,13 +10,20 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Sequence, Tuple
 
 import psutil
 import yaml
 
-from yarm.sim.scene import SceneError, load_scene
+from yarm.experiments.explore.writers import run_folder as explore_folder
+from yarm.experiments.inspect.writers import run_folder as inspect_folder
+from yarm.planning.model.params import PlannerParams
+from yarm.robots.hc10 import NAME
+from yarm.ros.common.launch_arguments import CHECKS, faults
+from yarm.ros.experiment.console import Console, last_words
+from yarm.sim.scenes.scene import SceneError, load_scene
 
+EXPLORE, INSPECT = "explore", "inspect"
 MISSION_LIMIT_S = 900.0
 SLOWEST = 4.0
 """Wall seconds that a simulated second of a soak may take."""
@@ -30,18 +37,41 @@ def parser() -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(
         prog="run_experiment", description="Run one experiment end to end and say whether it succeeded (exit code 0)."
     )
-    options.add_argument("--case", default="1m1ma", help="1m1ma, 2m1ma, 3m, single, 1m1ma_target or a scene file")
-    options.add_argument("--seed", type=int, default=3, help="seed of the scene and the planner")
+    options.add_argument(
+        "--case",
+        default="1m1ma",
+        help="1m1ma, 2m1ma, 2m2ma, 3m, single, 1m1ma_target, explore, inspect or a scene file",
+    )
+    options.add_argument("--arena", default="practice", help="explore: shipped arena, or an arena file")
+    options.add_argument("--layout", default="practice", help="inspect: practice, a made one such as open_0, or a file")
+    options.add_argument(
+        "--controller", default="yarm", help="explore: yarm, nearest, explore_lite, report, ...; inspect: yarm, report"
+    )
+    options.add_argument("--seed", type=int, default=3, help="seed of the layout, the noise and the planner")
+    options.add_argument("--nominal", action="store_true", help="the layout of the scene file whatever the seed")
     options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
-    options.add_argument("--planner", default="yarm", help="yarm, original, ma_astar, ompl_...")
-    options.add_argument("--particles", type=int, default=333, help="particles of the planner, at least")
-    options.add_argument("--unguarded", action="store_true", help="no checker, no safety monitor, as published")
+    options.add_argument(
+        "--planner", default="yarm", help="yarm, original, ma_astar, lacam, ompl_..., or your own module:Class"
+    )
+    options.add_argument(
+        "--particles", type=int, default=PlannerParams.particles, help="particles of the planner, at least"
+    )
+    options.add_argument("--planned-once", action="store_true", help="no re-planning: follow the first path to its end")
+    options.add_argument(
+        "--unguarded", action="store_true", help="no safety monitor, and the checker only counts, as published"
+    )
     options.add_argument("--rviz", action="store_true", help="show it")
     options.add_argument("--sync", action="store_true", help="lock-step: slower, repeats exactly")
     options.add_argument("--bag", action="store_true", help="record a bag beside the results")
     options.add_argument("--cleanup", action="store_true", help="send everybody home at the end")
     options.add_argument("--results", default="results", help="folder for <case>/<seed>/")
-    options.add_argument("--speed", type=float, default=1.0, help="greatest speed of the simulation; 0: no limit")
+    options.add_argument(
+        "--speed",
+        type=float,
+        default=None,
+        help="greatest speed of the simulation; 0: no limit; 1 when not given, and for explore and inspect lock-step "
+        "without limit",
+    )
     options.add_argument("--raster", type=float, default=0.0, help="begin when so much of the raster is done, 0 to 1")
     options.add_argument("--soak", type=float, default=0.0, help="simulated seconds to go on with random debris")
     options.add_argument(
@@ -57,43 +87,105 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: Sequence[str]) -> int:
     """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
     options = parser().parse_args(arguments)
-    folder = (
-        Path(options.results).resolve()
-        / ("soak" if options.soak > 0.0 else Path(options.case).stem)
-        / str(options.seed)
-    )
+    port = options.port or free_port()
+    call = {EXPLORE: exploration_command, INSPECT: inspection_command}.get(options.case, command)(options, port)
+    words = [word for word in call if word.partition(":=")[0] in CHECKS]
+    if options.case == INSPECT:
+        words = [word.replace("controller:=", "controller@inspection:=", 1) for word in words]
+    wrong = faults(words)
+    if wrong:
+        sys.stderr.write("".join(f"{fault}\n" for fault in wrong))
+        return 1
+    folder = folder_of(options)
     summary = folder / "summary.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     if summary.exists():
         summary.unlink()
-    port = options.port or free_port()
     environment = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}")
-    sys.stdout.write(f"ROS_MASTER_URI=http://localhost:{port}\n")
+    log = folder / "run.log"
+    roomed = options.case in (EXPLORE, INSPECT)
+    title = f"{options.case} {folder.parents[1].name}, {options.controller}" if roomed else folder.parent.name
+    sys.stdout.write(f"{title}, seed {options.seed}: ROS_MASTER_URI=http://localhost:{port}, log {log}\n")
     sys.stdout.flush()
-    child = subprocess.Popen(command(options, port), env=environment, start_new_session=True)
+    child = subprocess.Popen(
+        call,
+        env=environment,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    assert child.stdout is not None
+    console = Console(child.stdout, log)
     code = _wait(child, wall_limit_s(options))
+    console.finish()
     if code == INTERRUPTED:
         return code
-    return verdict(summary)
+    code = verdict(summary)
+    if code != 0:
+        sys.stderr.write(f"the last of {log}:\n" + "".join(f"  {line}\n" for line in last_words(log)))
+    sys.stdout.write(f"log: {log}\n")
+    return code
+
+
+def folder_of(options: argparse.Namespace) -> Path:
+    """Folder of the results of these options."""
+    results = Path(options.results).resolve()
+    if options.case == EXPLORE:
+        return explore_folder(results, options.arena, options.controller, options.seed)
+    if options.case == INSPECT:
+        return inspect_folder(results, options.layout, options.controller, options.seed)
+    return results / ("soak" if options.soak > 0.0 else Path(options.case).stem) / str(options.seed)
+
+
+def exploration_command(options: argparse.Namespace, port: int) -> List[str]:
+    """The roslaunch call for an exploration: in lock-step and as fast as it goes, unless a speed is asked for."""
+    return _room_command(options, port, "explore_experiment.launch", "arena", options.arena)
+
+
+def inspection_command(options: argparse.Namespace, port: int) -> List[str]:
+    """The same for an inspection."""
+    return _room_command(options, port, "inspect_experiment.launch", "layout", options.layout)
+
+
+def _room_command(options: argparse.Namespace, port: int, launch: str, what: str, source: str) -> List[str]:
+    """The roslaunch call for one robot in a room: an arena or a layout, by name or file."""
+    values = {
+        what: Path(source).resolve() if source.endswith(".yaml") else source,
+        "controller": options.controller,
+        "seed": options.seed,
+        "folder": folder_of(options),
+        "real_time_factor": options.speed or 0.0,
+        "sync": str(options.sync or options.speed is None).lower(),
+        "rviz": str(options.rviz).lower(),
+        "bag": str(options.bag).lower(),
+    }
+    if options.limit > 0.0:
+        values["time_limit_s"] = options.limit
+    arguments = [f"{name}:={value}" for name, value in values.items()]
+    return ["roslaunch", "-p", str(port), "yarm", launch, *arguments]
 
 
 def command(options: argparse.Namespace, port: int) -> List[str]:
-    """The roslaunch call for these options."""
+    """The roslaunch call for an experiment in the cell."""
     values = {
         "case": options.case,
         "seed": options.seed,
         "mode": options.mode,
         "planner": options.planner,
         "particles": options.particles,
-        "speed": options.speed,
+        "speed": 1.0 if options.speed is None else options.speed,
         "raster": options.raster,
         "limit_s": options.limit,
         "soak_s": options.soak,
         "results": Path(options.results).resolve(),
     }
     flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}
-    flags["sander"] = has_manipulator(options.case)
+    arms = working_arms(options.case)
+    flags["sander"] = bool(arms)
+    values["arms"] = " ".join(arms) or NAME
     flags["guarded"] = not options.unguarded
+    flags["vary"] = not options.nominal
+    flags["replanning"] = not options.planned_once
     arguments = [f"{name}:={value}" for name, value in values.items()]
     arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
     return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
@@ -104,12 +196,12 @@ def wall_limit_s(options: argparse.Namespace) -> float:
     return float(options.wall_limit or MISSION_LIMIT_S + SLOWEST * options.soak)
 
 
-def has_manipulator(case: str) -> bool:
-    """Whether one works in a scene; a scene that cannot be read is left to the simulation to refuse."""
+def working_arms(case: str) -> Tuple[str, ...]:
+    """Manipulators that work in a scene; a scene that cannot be read is left to the simulation to refuse."""
     try:
-        return load_scene(case).has_working_arm
+        return load_scene(case).working_arms
     except SceneError:
-        return True
+        return (NAME,)
 
 
 def verdict(summary: Path) -> int:

@@ -9,7 +9,8 @@ import rospy
 from rosgraph_msgs.msg import Clock
 
 from yarm.msg import StepAck
-from yarm.ros import names
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
 
 TICK_HZ = 60.0
 PERIOD_TICKS = 30
@@ -27,7 +28,6 @@ class LockStep:
         self._wanted = False
         self._held: Optional[rospy.Time] = None
         self._seen = False
-        self._node = rospy.get_name().rsplit("/", 1)[-1]
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
         self._clock = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True)
 
@@ -66,6 +66,4 @@ class LockStep:
                 self._acknowledge(message.clock)
 
     def _acknowledge(self, stamp: rospy.Time) -> None:
-        ack = StepAck(node=self._node)
-        ack.header.stamp = stamp
-        self._ack.publish(ack)
+        self._ack.publish(step_ack(stamp, 0))

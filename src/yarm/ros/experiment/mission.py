@@ -8,12 +8,12 @@ from typing import Callable, FrozenSet, Optional, Set, Tuple
 
 import rospy
 
-from yarm.experiments.writers import CUT_SHORT
+from yarm.experiments.run.writers import CUT_SHORT
 from yarm.msg import CommanderStatus
-from yarm.ros import names
-from yarm.ros.experiment_inputs import ExperimentInputs
-from yarm.ros.experiment_lock_step import LockStep
-from yarm.ros.experiment_params import ExperimentParams
+from yarm.ros.common import names
+from yarm.ros.experiment.inputs import ExperimentInputs
+from yarm.ros.experiment.lock_step import LockStep
+from yarm.ros.experiment.params import ExperimentParams
 from yarm.srv import StateChange, StateChangeRequest
 
 POLL_S = 0.05

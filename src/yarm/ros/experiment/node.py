@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
+import rosgraph
 import rospy
 
-from yarm.experiments.cases import Case, case_of, expected_goals
-from yarm.experiments.plots import plot_run
-from yarm.experiments.record import RunInfo, RunRecord
-from yarm.experiments.recorder import Recorder
-from yarm.experiments.soak import MissionRow, judge_soak, soak_line
-from yarm.experiments.tables import summary_table
-from yarm.experiments.writers import write_rows, write_run
+from yarm.experiments.run.cases import Case, case_of, expected_goals, layout_of
+from yarm.experiments.run.plots import plot_run
+from yarm.experiments.run.record import RunInfo, RunRecord
+from yarm.experiments.run.recorder import Recorder
+from yarm.experiments.run.soak import MissionRow, judge_soak, soak_line
+from yarm.experiments.run.tables import summary_table
+from yarm.experiments.run.versions import package_versions
+from yarm.experiments.run.writers import write_rows, write_run
 from yarm.geometry import BoolArray, CellMap, GridSpec
-from yarm.ros import names
-from yarm.ros.conversions import parse_map_metadata
-from yarm.ros.experiment_inputs import ExperimentInputs
-from yarm.ros.experiment_lock_step import LockStep
-from yarm.ros.experiment_mission import MissionDriver, MissionError
-from yarm.ros.experiment_params import ExperimentParams
-from yarm.ros.experiment_soak import Soak
-from yarm.ros.experiment_usage import UsageMeter
-from yarm.ros.params import load_params
-from yarm.sim.scene import SceneError, load_scene
+from yarm.geometry.kinds import ObjectKind
+from yarm.ros.commander.reports import task_text
+from yarm.ros.common import names
+from yarm.ros.common.conversions import parse_map_metadata
+from yarm.ros.common.params import load_params
+from yarm.ros.experiment.console import say
+from yarm.ros.experiment.inputs import ExperimentInputs
+from yarm.ros.experiment.lock_step import LockStep
+from yarm.ros.experiment.mission import MissionDriver, MissionError
+from yarm.ros.experiment.params import ExperimentParams
+from yarm.ros.experiment.soak import Soak
+from yarm.ros.experiment.usage import UsageMeter
+from yarm.sim.scenes.scene import Scene, SceneError, load_scene
 
 PROGRESS_S = 1.0
 MAP_LIMIT_S = 20.0
 RASTER_LIMIT_S = 300.0
-PACKAGES = ("yarm", "numpy", "scipy", "pybullet", "ompl", "ruckig", "embreex")
 
 
 class Experiment:
@@ -49,6 +50,7 @@ class Experiment:
         self._driver = MissionDriver(self._inputs, params, self._progress, LockStep() if params.sync else None)
         self._meter = UsageMeter()
         self._soak: Optional[Soak] = None
+        self._scene: Optional[Scene] = None
         if params.soak_s > 0.0:
             self._soak = Soak(self._inputs, self._driver, self._meter, params.seed, say)
         self._said_wall = 0.0
@@ -59,6 +61,7 @@ class Experiment:
         """Drive the whole experiment; whatever goes wrong ends up in the record."""
         failure = ""
         try:
+            self._scene = load_scene(self._params.case, self._params.seed if self._params.vary else -1)
             self._driver.await_start()
             self._driver.switch_on_and_calibrate()
             self._driver.await_raster(self._params.raster, RASTER_LIMIT_S)
@@ -68,7 +71,7 @@ class Experiment:
                 self._soak.run(self._params.soak_s)
             else:
                 limit_s = self._params.limit_s or self._case.limit_s
-                self._driver.run_mode(expected_goals(load_scene(self._params.case)), limit_s)
+                self._driver.run_mode(expected_goals(self._scene), limit_s)
         except (MissionError, SceneError, rospy.ServiceException) as error:
             failure = str(error)
         record = self._finish(failure)
@@ -117,6 +120,7 @@ class Experiment:
             self._loop_ms(),
             versions(),
             parameters(),
+            {} if self._scene is None else layout_of(self._scene),
         )
         lost = self._meter.lost()
         usage = self._meter.finish(sets)
@@ -157,21 +161,12 @@ class Experiment:
             parts.append(what)
             parts += [f"{name}: {arm.text()}" for name, arm in sorted(state.manipulators.items())]
             if state.status is not None:
-                parts += [
-                    f"{t.robot or 'nobody'} -> {t.goal} {t.status} {t.distance_left_m:.2f} m"
-                    for t in state.status.tasks
-                ]
-            parts.append(f"{self._inputs.recorder.waypoints_sent} waypoints")
-            parts.append(f"{self._inputs.recorder.failures} touches")
+                parts += [task_text(task) for task in state.status.tasks]
+            parts.append(f"waypoints: {self._inputs.recorder.waypoints_sent}")
+            parts.append(f"touches: {self._inputs.recorder.failures}")
             self._said_sim_s = state.now_s
         self._said_wall = now
         say(" | ".join(parts))
-
-
-def say(text: str) -> None:
-    """A line for the person at the terminal, at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
 
 
 def newest_map() -> CellMap | None:
@@ -187,25 +182,20 @@ def static_columns(cell_map: CellMap) -> BoolArray:
     """Columns (gx, gy) that something of kind Obstacle stands in."""
     columns = np.zeros(cell_map.spec.shape[:2], dtype=bool)
     for thing in cell_map.objects.values():
-        if thing.kind == "Obstacle":
+        if thing.kind == ObjectKind.OBSTACLE:
             columns[thing.cells[:, 0], thing.cells[:, 1]] = True
     return columns
 
 
 def versions() -> Dict[str, str]:
     """Versions of what the experiment ran on."""
-    found = {"python": platform.python_version(), "ros": str(rospy.get_param("/rosdistro", "")).strip()}
-    for package in PACKAGES:
-        try:
-            found[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return found
+    return {**package_versions(), "ros": str(rospy.get_param("/rosdistro", "")).strip()}
 
 
 def parameters() -> Mapping[str, Any]:
     """Parameters of every node, without robot descriptions and what ROS keeps for itself."""
-    tree = rospy.get_param("/", {})
+    # Not by rospy: once it has logged something its cache takes the one parameter of its logger for the whole tree.
+    tree = rosgraph.Master(rospy.get_name()).getParam("/")
     return {
         name: values
         for name, values in sorted(tree.items())
@@ -219,5 +209,5 @@ def main() -> int:
     experiment = Experiment(load_params(ExperimentParams))
     record = experiment.run()
     folder = experiment.write(record)
-    say("\n" + summary_table(record) + f"\n\nresults and pictures: {folder}\n")
+    say("\n" + summary_table(record) + f"\n\nresults and pictures: {folder}")
     return 0 if record.success else 1

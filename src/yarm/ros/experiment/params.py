@@ -12,7 +12,8 @@ class ExperimentParams:
     """One experiment: what to run, how long to wait, where to write."""
 
     case: str = param("1m1ma", "", "name of the experiment, for its limits and for the results' folder")
-    seed: int = param(3, "", "seed of the scene and the planner, for the results' folder", 0, 2**31 - 1)
+    seed: int = param(3, "", "seed of the layout, the noise and the planner; names the results' folder", 0, 2**31 - 1)
+    vary: bool = param(True, "", "the simulation runs the seed's layout; false: the scene file's")
     mode: str = param("boundless", "", "mode of the Commander", choices=("bounded", "boundless"))
     sync: bool = param(
         False, "", "lock-step: time stands still while the mission is driven, so that it repeats exactly"

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, List, Set
+from typing import Callable, Dict, List, Set
 
 import numpy as np
 import rospy
 from sensor_msgs.msg import Joy
 
-from yarm.control.sander_states import Button
-from yarm.experiments.scoring import refused
-from yarm.experiments.soak import DROP_Z_M, Drop, MissionRow, drops
-from yarm.ros import names
-from yarm.ros.experiment_inputs import ENDED, SANDING, ExperimentInputs
-from yarm.ros.experiment_mission import MissionDriver, MissionError
-from yarm.ros.experiment_usage import UsageMeter
+from yarm.control.sander.states import Button, SanderState
+from yarm.experiments.run.scoring import refused
+from yarm.experiments.run.soak import DROP_Z_M, Drop, MissionRow, drops
+from yarm.geometry.kinds import ObjectKind
+from yarm.ros.common import names
+from yarm.ros.experiment.inputs import ENDED, ExperimentInputs
+from yarm.ros.experiment.mission import MissionDriver, MissionError
+from yarm.ros.experiment.usage import UsageMeter
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
 MISSION_LIMIT_S = 240.0
@@ -38,7 +39,7 @@ class Soak:
         self._rng = np.random.default_rng(seed)
         self._spawn = rospy.ServiceProxy(names.SPAWN_OBSTACLES, SpawnObstacles)
         self._delete = rospy.ServiceProxy(names.DELETE_OBSTACLES, SpawnObstacles)
-        self._joys: dict = {}
+        self._joys: Dict[str, rospy.Publisher] = {}
         self.rows: List[MissionRow] = []
 
     def run(self, span_s: float) -> None:
@@ -100,7 +101,7 @@ class Soak:
         for _ in range(SPAWN_TRIES):
             answer = self._spawn(
                 SpawnObstaclesRequest(
-                    name=drop.name, type="Debris", x=drop.x_m, y=drop.y_m, z=DROP_Z_M, yaw=drop.yaw_rad
+                    name=drop.name, type=str(ObjectKind.DEBRIS), x=drop.x_m, y=drop.y_m, z=DROP_Z_M, yaw=drop.yaw_rad
                 )
             )
             if answer.success:
@@ -115,7 +116,9 @@ class Soak:
         """Start the raster again where it is done."""
         with self._inputs.lock:
             done = [
-                n for n, arm in self._inputs.state.manipulators.items() if arm.state == SANDING and arm.progress >= 1.0
+                n
+                for n, arm in self._inputs.state.manipulators.items()
+                if arm.state == SanderState.SCAN_TO_PATH and arm.progress >= 1.0
             ]
         for arm in done:
             if arm not in self._joys:

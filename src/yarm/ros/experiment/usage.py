@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 import xmlrpc.client
 from dataclasses import dataclass
-from typing import Dict, List, Set, Tuple
+from typing import Any, Dict, List, Set, Tuple
 
 import psutil
 import rosgraph
 import rospy
 
-from yarm.experiments.record import NodeUsage
+from yarm.experiments.run.record import NodeUsage
 
 MB = 1.0 / (1024.0 * 1024.0)
 CALL_LIMIT_S = 5.0
@@ -100,9 +100,10 @@ def node_pids() -> Dict[str, int]:
 def _pid_of(master: rosgraph.Master, node: str) -> int:
     try:
         proxy = xmlrpc.client.ServerProxy(master.lookupNode(node), transport=_LimitedTransport())
-        code, _, pid = proxy.getPid(rospy.get_name())
+        answer: Any = proxy.getPid(rospy.get_name())
     except (rosgraph.MasterException, OSError, xmlrpc.client.Error):
         return 0
+    code, _, pid = answer
     return int(pid) if code == 1 else 0
 
 

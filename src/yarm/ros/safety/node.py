@@ -12,14 +12,13 @@ from typing import Dict, List, Optional, Set, Tuple
 import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TransformStamped, Twist
 from tf2_msgs.msg import TFMessage
 
-from yarm.commander.clearance import Body, surface_points
-from yarm.commander.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
-from yarm.commander.safety_params import SafetyParams
-from yarm.commander.shapes import Solid
+from yarm.control.actions import MobileAction
 from yarm.geometry import CellMap, FloatArray, Pose2
+from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.solids import Solid, surface_points
 from yarm.msg import (
     CommanderStatus,
     MoveRobotActionGoal,
@@ -29,14 +28,19 @@ from yarm.msg import (
     SafetyStatus,
     StepAck,
 )
-from yarm.ros import names
-from yarm.ros.clock import ClockWatch
-from yarm.ros.commander_registry import matrix_of_transform, solids_of
-from yarm.ros.commander_reports import exact_time
-from yarm.ros.conversions import MapSubscriber
-from yarm.ros.params import load_params
+from yarm.ros.commander.reports import exact_time
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
+from yarm.ros.common.checks import Doorkeeper, pose_fault, present_s, registry_fault, transform_fault
+from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.conversions import MapSubscriber, matrix_of_transform
+from yarm.ros.common.params import load_params
+from yarm.ros.common.solids import solids_of
+from yarm.safety.clearance import Body, column_boxes
+from yarm.safety.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
+from yarm.safety.movers import Movers
+from yarm.safety.params import SafetyParams
 
-POSE_ACTIONS = ("True", "true", "TRUE", "False", "false", "FALSE", "")
 MAP_AGE_S = 1.0
 
 
@@ -70,8 +74,8 @@ class RobotWatch:
             item.unregister()
 
     def _on_goal(self, message: MoveRobotActionGoal) -> None:
-        if message.goal.action not in POSE_ACTIONS:
-            return
+        if MobileAction.of(message.goal.action) is MobileAction.CALIBRATE or pose_fault(message.goal.target):
+            return  # the controls server refuses such a goal, and says so
         pose = message.goal.target
         yaw = 2.0 * np.arctan2(pose.orientation.z, pose.orientation.w)
         self.target = Pose2(pose.position.x, pose.position.y, float(yaw))
@@ -89,19 +93,22 @@ class SafetyMonitor:
         """Subscribe; all work is done in the callback of ``/tf``."""
         self._params = params
         self._monitor = Monitor(params)
+        self._movers = Movers(params.mover_mps)
         self._lock = threading.Lock()
         self._entries: Dict[str, RegisteredObject] = {}
         self._solids: Dict[str, List[Tuple[str, Solid]]] = {}
         self._robots: Dict[str, RobotWatch] = {}
         self._frames: Dict[str, FloatArray] = {}
+        self._stamps_s: Dict[str, float] = {}
         self._allowed: Dict[str, Set[str]] = {}
         self._looked_s = -1.0
         self._blame = ""
         self._status = rospy.Publisher(names.SAFETY_STATUS, SafetyStatus, queue_size=10)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._doors = {name: Doorkeeper(name) for name in (names.OBJECT_REGISTRY, "/tf")}
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
-        self._maps = MapSubscriber()
+        self._maps = MapSubscriber(lock_step=params.sync)
         self._subscribers = [
             rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
             rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_commander, queue_size=10),
@@ -110,10 +117,12 @@ class SafetyMonitor:
         ]
 
     def _on_registry(self, message: ObjectRegistry) -> None:
+        if self._doors[names.OBJECT_REGISTRY].refuses(message, registry_fault(message)):
+            return
         with self._lock:
-            self._entries = {entry.name: entry for entry in message.entries if entry.object != "Target"}
+            self._entries = {entry.name: entry for entry in message.entries if entry.object != ObjectKind.TARGET}
             self._solids = {name: solids_of(entry) for name, entry in self._entries.items()}
-            mobile = [name for name, entry in self._entries.items() if entry.object == "Mobile"]
+            mobile = [name for name, entry in self._entries.items() if entry.object == ObjectKind.MOBILE]
             for name in [name for name in self._robots if name not in mobile]:
                 self._robots.pop(name).close()
             for name in [name for name in mobile if name not in self._robots]:
@@ -125,27 +134,41 @@ class SafetyMonitor:
     def _on_clock_reset(self) -> None:
         with self._lock:
             self._monitor.reset()
+            self._movers.reset()
             self._looked_s = -1.0
+            self._stamps_s.clear()
+            self._maps.clear()
             for robot in self._robots.values():
                 robot.goal_id, robot.target, robot.commands_sent = "", None, 0
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        self._take_frames(message)
-
-    def _take_frames(self, message: TFMessage) -> None:
-        for transform in message.transforms:
-            if transform.header.frame_id.lstrip("/") == names.WORLD_FRAME:
+        with self._lock:
+            for transform in self._good(message, np.inf):
                 self._frames[transform.child_frame_id.lstrip("/")] = matrix_of_transform(transform.transform)
 
+    def _good(self, message: TFMessage, now_s: float) -> List[TransformStamped]:
+        """The children of the world in a message whose numbers and stamps can be used."""
+        door = self._doors["/tf"]
+        return [
+            transform
+            for transform in message.transforms
+            if transform.header.frame_id.lstrip("/") == names.WORLD_FRAME
+            and not door.refuses(message, transform_fault(transform, now_s))
+        ]
+
     def _on_tf(self, message: TFMessage) -> None:
-        if not message.transforms or rospy.is_shutdown():
+        good = [] if rospy.is_shutdown() else self._good(message, present_s(self._params.sync))
+        if not good:
             return
-        now_s = max(transform.header.stamp.to_sec() for transform in message.transforms)
-        if 0.0 <= now_s - self._looked_s < 0.9 / self._params.rate_hz:
+        now_s = max(transform.header.stamp.to_sec() for transform in good)
+        if now_s - self._looked_s < 0.9 / self._params.rate_hz:
             return
         with self._lock:
             self._looked_s = now_s
-            self._take_frames(message)
+            for transform in good:
+                frame = transform.child_frame_id.lstrip("/")
+                self._frames[frame] = matrix_of_transform(transform.transform)
+                self._stamps_s[frame] = transform.header.stamp.to_sec()
             try:
                 self._look(now_s)
             except rospy.ROSException:
@@ -153,7 +176,7 @@ class SafetyMonitor:
                     raise
 
     def _look(self, now_s: float) -> None:
-        robots = {name: seen for name, seen in ((n, self._see(n)) for n in self._robots) if seen is not None}
+        robots = {name: seen for name, seen in ((n, self._see(n, now_s)) for n in self._robots) if seen is not None}
         everything = self._bodies(now_s)
         bodies = {name: bodies_for(name, everything, self._allowed.get(name, set())) for name in robots}
         verdicts = self._monitor.look(now_s, robots, bodies)
@@ -165,7 +188,7 @@ class SafetyMonitor:
                 rospy.logwarn("stopped: %s", verdict.reason)
         self._report(now_s, verdicts)
 
-    def _see(self, name: str) -> Optional[Seen]:
+    def _see(self, name: str, now_s: float) -> Optional[Seen]:
         robot, entry = self._robots[name], self._entries[name]
         T_world_ee = self._frames.get(entry.seed_frame)
         if T_world_ee is None:
@@ -177,21 +200,23 @@ class SafetyMonitor:
         pose = Pose2(
             float(T_world_ee[0, 3]), float(T_world_ee[1, 3]), float(np.arctan2(T_world_ee[1, 0], T_world_ee[0, 0]))
         )
-        return Seen(pose, float(T_world_ee[2, 3]), robot.points, robot.target, robot.goal_id)
+        age_s = now_s - self._stamps_s.get(entry.seed_frame, now_s)
+        return Seen(pose, float(T_world_ee[2, 3]), robot.points, robot.target, robot.goal_id, age_s)
 
     def _surface(self, name: str, T_world_ee: FloatArray) -> Optional[FloatArray]:
         own = self._solids[name]
         if not own or any(frame not in self._frames for frame, _ in own):
             return None
         T_ee_world = np.linalg.inv(T_world_ee)
-        solids = [Solid(s.kind, s.size, T_ee_world @ self._frames[frame] @ s.pose) for frame, s in own]
+        solids = [solid.seen_from(T_ee_world @ self._frames[frame]) for frame, solid in own]
         points = surface_points(solids, self._params.spacing_m)
-        return points[points[:, 2] + T_world_ee[2, 3] > 0.02]
+        above: FloatArray = points[points[:, 2] + T_world_ee[2, 3] > 0.02]
+        return above
 
     def _bodies(self, now_s: float) -> List[Body]:
         bodies = []
         for name, own in self._solids.items():
-            solids = tuple(Solid(s.kind, s.size, self._frames[f] @ s.pose) for f, s in own if f in self._frames)
+            solids = tuple(solid.seen_from(self._frames[f]) for f, solid in own if f in self._frames)
             if solids:
                 bodies.append(Body(name, solids))
         known = {body.name for body in bodies}
@@ -202,13 +227,17 @@ class SafetyMonitor:
         cell_map: Optional[CellMap] = self._maps.newest()
         if cell_map is None or not 0.0 <= now_s - cell_map.stamp_s < MAP_AGE_S:
             return []
-        half = cell_map.spec.resolution / 2.0
-        found = []
-        for name, thing in cell_map.objects.items():
-            if name not in known and thing.kind not in ("Target", "Mobile") and len(thing.cells):
-                centers = cell_map.spec.centers(thing.cells)
-                found.append(Body(name, (), np.hstack([centers - half, centers + half])))
-        return found
+        things = {
+            name: thing.cells
+            for name, thing in cell_map.objects.items()
+            if name not in known and thing.kind not in (ObjectKind.TARGET, ObjectKind.MOBILE) and len(thing.cells)
+        }
+        self._movers.see(cell_map.stamp_s, cell_map.spec, things)
+        age_s = now_s - cell_map.stamp_s
+        return [
+            Body(name, (), column_boxes(cell_map.spec, cells), self._movers.velocity(name), age_s)
+            for name, cells in things.items()
+        ]
 
     def _report(self, now_s: float, verdicts: Dict[str, Verdict]) -> None:
         message = SafetyStatus(reason=self._blame)
@@ -222,13 +251,11 @@ class SafetyMonitor:
         self._status.publish(message)
         if self._params.sync:
             sent = sum(robot.commands_sent for robot in self._robots.values())
-            ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=sent)
-            ack.header.stamp = message.header.stamp
-            self._ack.publish(ack)
+            self._ack.publish(step_ack(message.header.stamp, sent))
 
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node("safety_monitor")
+    rospy.init_node(names.SAFETY_NODE)
     SafetyMonitor(load_params(SafetyParams))
     rospy.spin()

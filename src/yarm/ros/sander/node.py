@@ -1,4 +1,4 @@
-"""Node ``hc10_state_machine``: joystick and switch in, joint trajectories out (see ``yarm.control.sander_machine``).
+"""Node ``hc10_state_machine``: joystick and switch in, joint trajectories out (see ``yarm.control.sander.machine``).
 
 Event-driven: each reading of the arm's joints is one tick, worked on by one thread; planning runs on another, but in
 lock-step on the spot.
@@ -20,19 +20,25 @@ from std_msgs.msg import Float32, Int8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker
 
-from yarm.control.arm_model import ArmKinematics, load_arm
-from yarm.control.arm_motion import ArmMotion
-from yarm.control.sander_machine import ArmInputs, DoneJob, SanderMachine
-from yarm.control.sander_planner import RasterPlan, SanderPlanner
-from yarm.control.sander_states import Button, SanderReport, SanderState
-from yarm.geometry.grid import FloatArray
+from yarm.control.arm.model import ArmKinematics, load_arm
+from yarm.control.arm.motion import ArmMotion
+from yarm.control.sander.machine import ArmInputs, SanderMachine
+from yarm.control.sander.planner import RasterPlan, SanderPlanner
+from yarm.control.sander.states import Button, SanderReport, SanderState
+from yarm.control.sander.steps import DoneJob
+from yarm.geometry import FloatArray, transform_points
 from yarm.msg import SanderStatus, StepAck
-from yarm.ros import names
-from yarm.ros.clock import JUMP_BACK_S, ClockWatch
-from yarm.ros.controls_server_robots import Outbox
-from yarm.ros.params import load_params
-from yarm.ros.sander_params import SanderNodeParams
-from yarm.ros.sander_scan import ScanCollector
+from yarm.robots.hc10 import Station
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
+from yarm.ros.common.checks import Doorkeeper, ack_fault, joints_fault, present_s
+from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.common.params import load_params
+from yarm.ros.common.stations import load_station
+from yarm.ros.common.watchers import Watchers
+from yarm.ros.controls.robots import Outbox
+from yarm.ros.sander.params import SanderNodeParams
+from yarm.ros.sander.scan import ScanCollector
 
 WATCH_PERIOD_S = 0.5
 SILENCE_S = 3.0
@@ -46,7 +52,8 @@ class SanderNode:
     def __init__(self, params: SanderNodeParams) -> None:
         """Subscribe and advertise; work begins with ``spin``."""
         self._params = params
-        arm = load_arm()
+        self._station = load_station(params.arm)
+        arm = load_arm(self._station.folded)
         self._joint_names = [joint.name for joint in arm.model.moving_joints]
         self._condition = threading.Condition()
         self._woken = False
@@ -63,7 +70,7 @@ class SanderNode:
         self._reported: Tuple[Optional[SanderReport], float] = (None, -np.inf)
         self._progress_s = -np.inf
         self._plan_shown: Optional[RasterPlan] = None
-        self._scan = ScanCollector(params, ArmKinematics(arm), self._wake)
+        self._scan = ScanCollector(params, ArmKinematics(arm), self._wake, lambda: present_s(params.sync))
         workers = ThreadPoolExecutor(max_workers=1)
         run_job = DoneJob if params.sync else workers.submit
         self._machine = SanderMachine(SanderPlanner(arm, params), params, run_job, self._scan.points)
@@ -101,6 +108,9 @@ class SanderNode:
 
     def _subscribe(self) -> None:
         arm = self._params.arm
+        self._joints_door = Doorkeeper(names.joint_states(arm))
+        self._ack_door = Doorkeeper(names.sander_command_ack(arm))
+        self._watchers = Watchers(self._params, self._params.sync)
         self._clock = ClockWatch()
         self._clock.on_reset(self._wake)
         self._subscribers = [
@@ -120,6 +130,12 @@ class SanderNode:
             self._condition.notify()
 
     def _on_joints(self, message: JointState) -> None:
+        stamp_s = message.header.stamp.to_sec()
+        fault = joints_fault(message, present_s(self._params.sync))
+        if stamp_s < self._last_s - JUMP_BACK_S <= rospy.get_time():
+            fault = f"its stamp {stamp_s:.3f} s is older than that of the newest reading, {self._last_s:.3f} s"
+        if self._joints_door.refuses(message, fault):
+            return
         with self._condition:
             self._joints.append(message)
             self._heard_s = time.monotonic()
@@ -142,8 +158,9 @@ class SanderNode:
         self._wake()
 
     def _on_ack(self, message: StepAck) -> None:
-        self._ack_after = message
-        self._wake()
+        if not self._ack_door.refuses(message, ack_fault(message)):
+            self._ack_after = message
+            self._wake()
 
     # The tick.
 
@@ -170,7 +187,8 @@ class SanderNode:
             presses, self._presses = self._presses, []
             switches, self._switches = self._switches, []
             axes, self._axes = self._axes, None
-        for motion in self._machine.step(ArmInputs(q, stamp_s, presses, axes, switches)):
+        objection = self._watchers.objection(stamp_s)
+        for motion in self._machine.step(ArmInputs(q, stamp_s, presses, axes, switches, objection)):
             self._outbox.send(self._path, self._trajectory(motion, joints.header.stamp))
         scanning = self._machine.scanning
         self._scan.step(stamp_s, q, scanning, scanning and not self._was_scanning)
@@ -178,9 +196,7 @@ class SanderNode:
         self._scan.listen(scanning or (self._params.sync and self._machine.state is SanderState.SCANNING))
         self._report(joints.header.stamp)
         if self._params.sync:
-            ack = StepAck(node=rospy.get_name().rsplit("/", 1)[-1], commands_sent=self._outbox.sent)
-            ack.header.stamp = joints.header.stamp
-            self._ack.publish(ack)
+            self._ack.publish(step_ack(joints.header.stamp, self._outbox.sent))
 
     def _ordered(self, joints: JointState) -> Optional[FloatArray]:
         angles = dict(zip(joints.name, joints.position))
@@ -195,6 +211,7 @@ class SanderNode:
         rospy.logwarn("simulated time went backwards: the sander starts in storage again")
         self._machine.reset()
         self._scan.reset()
+        self._watchers.reset()
         with self._condition:
             self._presses, self._switches, self._axes = [], [], None
             self._received = 0
@@ -231,7 +248,7 @@ class SanderNode:
             self._progress.publish(Float32(report.progress))
         if self._machine.plan is not self._plan_shown:
             self._plan_shown = self._machine.plan
-            self._marker.publish(_marker(self._plan_shown, stamp))
+            self._marker.publish(_marker(self._plan_shown, self._station, stamp))
 
 
 def _essence(report: SanderReport) -> Tuple[object, ...]:
@@ -263,7 +280,7 @@ def _status(report: SanderReport, stamp: rospy.Time) -> SanderStatus:
     return message
 
 
-def _marker(plan: Optional[RasterPlan], stamp: rospy.Time) -> Marker:
+def _marker(plan: Optional[RasterPlan], station: Station, stamp: rospy.Time) -> Marker:
     """The passes as a line; without a plan the line is deleted."""
     marker = Marker(ns="raster", id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
     marker.header.frame_id, marker.header.stamp = names.WORLD_FRAME, stamp
@@ -273,7 +290,7 @@ def _marker(plan: Optional[RasterPlan], stamp: rospy.Time) -> Marker:
     if plan is None:
         marker.action = Marker.DELETE
     else:
-        marker.points = [Point(*point) for point in plan.raster.polyline.tolist()]
+        marker.points = [Point(*p) for p in transform_points(station.pose, plan.raster.polyline).tolist()]
     return marker
 
 

@@ -10,11 +10,12 @@ import numpy as np
 import rospy
 from sensor_msgs.msg import PointCloud2
 
-from yarm.control.arm_model import ArmKinematics
+from yarm.control.arm.model import ArmKinematics
 from yarm.geometry.grid import FloatArray
 from yarm.geometry.poses import transform_points
-from yarm.ros import names
-from yarm.ros.sander_params import SanderNodeParams
+from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, cloud_fault, stamp_fault
+from yarm.ros.sander.params import SanderNodeParams
 
 NEAREST_M, FURTHEST_M = 0.2, 2.0
 CLOUD_PERIOD_S = 1.0 / 15.0
@@ -25,23 +26,32 @@ HALF_TICK_S = 1.0 / 120.0
 class ScanCollector:
     """Listens to the wrist camera while wanted; clouds are placed by the joints measured at their stamp."""
 
-    def __init__(self, params: SanderNodeParams, kinematics: ArmKinematics, wake: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        params: SanderNodeParams,
+        kinematics: ArmKinematics,
+        wake: Callable[[], None],
+        now_s: Callable[[], float],
+    ) -> None:
         """Not listening yet.
 
         Args:
             params: volume and strides.
             kinematics: an instance of its own.
             wake: called when a cloud has come.
+            now_s: the present, s, against which stamps are held; 0 when it is unknown.
         """
         self._params = params
         self._kinematics = kinematics
         self._wake = wake
+        self._now_s = now_s
         self._lock = threading.Lock()
         self._clouds: Deque[PointCloud2] = deque(maxlen=60)
         self._newest_s = -1.0
         self._history: Deque[Tuple[float, FloatArray]] = deque()
         self._pieces: List[FloatArray] = []
         self._seen = 0
+        self._door = Doorkeeper(names.wrist_points(params.arm))
         self._subscriber: Optional[rospy.Subscriber] = None
 
     def points(self) -> FloatArray:
@@ -97,6 +107,9 @@ class ScanCollector:
         self._pieces = []
 
     def _on_cloud(self, cloud: PointCloud2) -> None:
+        fault = cloud_fault(cloud) or stamp_fault(cloud.header.stamp.to_sec(), self._now_s())
+        if self._door.refuses(cloud, fault):
+            return
         with self._lock:
             self._clouds.append(cloud)
             self._newest_s = cloud.header.stamp.to_sec()

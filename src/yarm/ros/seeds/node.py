@@ -7,6 +7,7 @@ carries the stamp of the tick.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from typing import Dict, List, Set, Tuple
@@ -17,13 +18,16 @@ from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from yarm.msg import ObjectRegistry, TransformStampedVector
-from yarm.ros import names
-from yarm.ros.clock import JUMP_BACK_S, ClockWatch
-from yarm.ros.params import load_params
-from yarm.ros.seed_tf_publisher_params import SeedTfPublisherParams
-from yarm.ros.seed_tf_publisher_tracker import STATIC_STAMP, Link, RegisteredSeed, Seed, SeedTracker
+from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, registry_fault, transform_fault
+from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.common.params import load_params
+from yarm.ros.seeds.params import SeedTfPublisherParams
+from yarm.ros.seeds.tracker import STATIC_STAMP, Link, RegisteredSeed, Seed, SeedTracker
 
 JUMP_BACK_NS = int(JUMP_BACK_S * 1e9)
+CLOCK_LAG_S = 5.0
+"""In lock-step ``/clock`` may come so much later than what it times, s; this node does not know whether it is in it."""
 
 
 class SeedTfPublisher:
@@ -36,6 +40,7 @@ class SeedTfPublisher:
         self._tracker = SeedTracker(names.WORLD_FRAME)
         self._heard: Dict[str, float] = {}
         self._started = time.monotonic()
+        self._tf_door, self._registry_door = Doorkeeper("/tf"), Doorkeeper(names.OBJECT_REGISTRY)
         self._missing: List[RegisteredSeed] = []
         self._warned: Set[str] = set()
         self._publisher = rospy.Publisher(names.SEED_TRANSFORMS, TransformStampedVector, queue_size=10)
@@ -56,6 +61,8 @@ class SeedTfPublisher:
                 self._report()
 
     def _on_registry(self, message: ObjectRegistry) -> None:
+        if self._registry_door.refuses(message, registry_fault(message)):
+            return
         registered = [RegisteredSeed(e.name, e.object, e.type, e.seed_frame) for e in message.entries]
         with self._lock:
             self._heard[names.OBJECT_REGISTRY] = time.monotonic()
@@ -64,11 +71,16 @@ class SeedTfPublisher:
     def _on_tf_static(self, message: TFMessage) -> None:
         with self._lock:
             for transform in message.transforms:
+                if self._tf_door.refuses(message, transform_fault(transform, math.inf)):
+                    continue
                 child, link = _link(transform)
                 self._tracker.add_fixed(child, Link(link.parent, link.translation, link.rotation, STATIC_STAMP))
 
     def _on_tf(self, message: TFMessage) -> None:
-        links = [_link(transform) for transform in message.transforms]
+        now_s, door = rospy.get_time(), self._tf_door
+        now_s += CLOCK_LAG_S if now_s > 0.0 else 0.0
+        good = [t for t in message.transforms if not door.refuses(message, transform_fault(t, now_s))]
+        links = [_link(transform) for transform in good]
         if not links:
             return
         with self._lock:

@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from yarm.geometry import FloatArray
-from yarm.ros import names
+from yarm.ros.common import names
 
 STAMP_AT = 4
 """Offset of a header's stamp in a serialised message, after its sequence number."""
@@ -45,7 +45,7 @@ class RawCloud:
         """Set capture time and points; the array must not change until the message is published."""
         self._seq += 1
         struct.pack_into("<III", self._before, 0, self._seq, stamp.secs, stamp.nsecs)
-        self._points = memoryview(points.view(np.uint8).reshape(-1))
+        self._points = points.view(np.uint8).reshape(-1).data
         return self
 
     def serialize(self, buff: BytesIO) -> None:

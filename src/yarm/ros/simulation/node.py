@@ -6,31 +6,35 @@ cameras. In between it works off the inbox, until real time has caught up or, in
 
 from __future__ import annotations
 
-import signal
 import threading
 import time
-from typing import Any, Dict, Optional, Tuple
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Tuple
 
 import rospy
 
-from yarm.params import ParamError
-from yarm.ros import names
-from yarm.ros.params import load_params
-from yarm.ros.simulation_inbox import Inbox, missing_acks
-from yarm.ros.simulation_outbox import CAMERAS, Outbox, frame_poses
-from yarm.ros.simulation_params import SimulationParams
-from yarm.sim.cameras import Eyes, best_rays
-from yarm.sim.contacts import ContactKind
-from yarm.sim.rays_embree import EmbreeRays
-from yarm.sim.scene import HALF_CELL_M, TOP_M, SceneError, ThingSpec, load_scene
-from yarm.sim.scene_events import Event, Script, Situation
-from yarm.sim.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SpawnError, World
+from yarm.geometry.kinds import ObjectKind
+from yarm.ros.common import names
+from yarm.ros.common.params import load_params
+from yarm.ros.simulation.inbox import Inbox
+from yarm.ros.simulation.loop import Pace, Stopwatch, SyncError, missing_acks, run_node
+from yarm.ros.simulation.outbox import CAMERAS, Outbox, frame_poses
+from yarm.ros.simulation.params import SimulationParams
+from yarm.sim.engine.contacts import ContactKind
+from yarm.sim.engine.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SimWorld, SpawnError
+from yarm.sim.scenes.events import Event, Script, Situation
+from yarm.sim.scenes.scene import TOP_M, load_scene, scene_path
+from yarm.sim.scenes.specs import HALF_CELL_M, ThingSpec
+from yarm.sim.sensors.cameras import Eyes, best_rays
+from yarm.sim.sensors.rays_embree import EmbreeRays
 
-BACKLOG_S = 0.25
-"""After a hold-up the loop makes up at most this much wall time, s."""
-SHUTDOWN_S = 1.0
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
-SPAWNED_KINDS = {"Debris": "Debris", "Target": "Target", "Obstacle": "Obstacle", "Unregistered": "Obstacle"}
+SPAWNED_KINDS = {
+    ObjectKind.DEBRIS: ObjectKind.DEBRIS,
+    ObjectKind.TARGET: ObjectKind.TARGET,
+    ObjectKind.OBSTACLE: ObjectKind.OBSTACLE,
+    "Unregistered": ObjectKind.OBSTACLE,
+}
 """Kind of body of each type that SpawnObstacles knows."""
 STEPS_PER_SET = 2 * STEPS_PER_TICK
 WIND_ON_STEPS = 96
@@ -38,31 +42,10 @@ WIND_ON_STEPS = 96
 SYNC_EVENT_TICKS = 30
 """In lock-step, events are looked at this often, so that those that wait for messages fire at the same tick."""
 FRESH_NS = 500_000_000
+WARM_UP_FACTOR = 0.25
+"""Simulated seconds per second while somebody is still being started: a slow machine has longer for it."""
 STEADY_TICKS = 60
 """Lock-step starts when for so many ticks no participant's newest word was older than that: each has spoken again."""
-
-
-class Stopwatch:
-    """Wall time spent in each part of the loop."""
-
-    def __init__(self) -> None:
-        """Start now."""
-        self._spent: Dict[str, float] = {}
-        self._mark = self._since = time.perf_counter()
-
-    def lap(self, part: str) -> None:
-        """Put the time since the last lap to a part's account."""
-        now = time.perf_counter()
-        self._spent[part] = self._spent.get(part, 0.0) + now - self._mark
-        self._mark = now
-
-    def take(self, frames: int) -> Tuple[float, Dict[str, float]]:
-        """Seconds since the last call and milliseconds per frame of each part; starts afresh."""
-        now = time.perf_counter()
-        wall, self._since = now - self._since, now
-        parts = {part: 1e3 * spent / max(frames, 1) for part, spent in self._spent.items()}
-        self._spent = {}
-        return wall, parts
 
 
 class SimulationNode:
@@ -81,8 +64,8 @@ class SimulationNode:
         """
         self._params = params
         self._stop = stop
-        scene = load_scene(params.scene)
-        self._world = World(scene, params, gui=params.gui)
+        scene = load_scene(params.scene, params.seed if params.vary else -1)
+        self._world = SimWorld(scene, params, gui=params.gui)
         rays = best_rays()
         if isinstance(rays, EmbreeRays):
             rospy.logwarn("the C++ ray caster is not built: Embree stands in, and cameras are ten times slower")
@@ -90,7 +73,8 @@ class SimulationNode:
         self._script = Script(scene.events)
         self._off: Tuple[int, ...] = ()
         self._version = -1
-        absent = () if self._world.arms else params.arm_participants
+        present = {names.sander_node(arm) for arm in self._world.arms}
+        absent = set(params.arm_participants) - present
         self._tick_participants = tuple(node for node in params.tick_participants if node not in absent)
         self._live = not params.sync
         self._just_live = False
@@ -103,7 +87,7 @@ class SimulationNode:
 
     def run(self) -> None:
         """Simulate until the node is shut down."""
-        self._next_s = time.monotonic()
+        self._pace = Pace(TICK_S, self._params.real_time_factor)
         if self._params.sync:
             self._warm_up()
         while self._running():
@@ -111,7 +95,8 @@ class SimulationNode:
             stamp_ns, is_set = self._publish()
             if self._params.sync:
                 self._wait_for_participants(stamp_ns, is_set)
-            self._pace()
+            self._pace.wait(self._inbox)
+            self._watch.lap("wait")
         self._world.close()
 
     def _running(self) -> bool:
@@ -151,10 +136,10 @@ class SimulationNode:
             self._watch.lap("cameras")
             self._outbox.cloud(camera, stamp, points)
             self._watch.lap("publish")
-        for arm in self._world.arms:
+        for number, arm in enumerate(self._world.arms):
             if frame % 2 == 0 and self._outbox.wrist_wanted(arm):
                 optical = poses[names.wrist_optical_frame(arm)]
-                self._outbox.wrist_cloud(arm, stamp, self._eyes.wrist_cloud(optical, poses, frame))
+                self._outbox.wrist_cloud(arm, stamp, self._eyes.wrist_cloud(optical, poses, frame, number))
                 self._watch.lap("wrist")
         self._sets += 1
         self._frames_since_status += 1
@@ -184,15 +169,6 @@ class SimulationNode:
         if self._sets % self._params.clearance_every == 0 and self._outbox.clearance_wanted():
             self._outbox.clearance(stamp)
         self._watch.lap("truth")
-
-    def _pace(self) -> None:
-        factor = self._params.real_time_factor
-        if factor <= 0.0:
-            return
-        now = time.monotonic()
-        self._next_s = max(self._next_s + TICK_S / factor, now - BACKLOG_S)
-        self._inbox.work_until(self._next_s)
-        self._watch.lap("wait")
 
     def _wait_for_participants(self, stamp_ns: int, is_set: bool) -> None:
         limit = time.monotonic() + self._params.sync_timeout
@@ -230,8 +206,7 @@ class SimulationNode:
                 unheard = self._unheard() or "participants come and go"
                 raise SyncError(f"lock-step cannot start: {unheard} after {self._params.sync_start:g} s")
             self._publish()
-            self._next_s = max(self._next_s + TICK_S, time.monotonic())
-            self._inbox.work_until(self._next_s)
+            self._pace.wait(self._inbox, WARM_UP_FACTOR if self._unheard() else 1.0)
             steady_ticks = 0 if self._unheard() else steady_ticks + 1
         while self._running() and self._world.steps < begin - STEPS_PER_SET:
             ahead = (self._world.steps + WIND_ON_STEPS) // STEPS_PER_SET * STEPS_PER_SET
@@ -253,7 +228,9 @@ class SimulationNode:
     def _run_script(self) -> None:
         if self._params.sync and round(self._world.time_s / TICK_S) % SYNC_EVENT_TICKS:
             return
-        now = Situation(self._world.time_s, self._inbox.commander_state, self._inbox.raster, self._world.seed_xy())
+        now = Situation(
+            self._world.time_s, self._inbox.commander_state, dict(self._inbox.raster), self._world.seed_xy()
+        )
         for event in self._script.fired(now):
             self._fire(event)
 
@@ -266,6 +243,10 @@ class SimulationNode:
                 self._world.delete(event.delete)
             elif event.push and not self._world.push(event.push, event.dx_m, event.dy_m):
                 rospy.logwarn("event %s: %s is not in the cell, nothing pushed", event.name, event.push)
+            elif event.move and not self._world.walk(event.move, event.dx_m, event.dy_m, event.speed_mps):
+                rospy.logwarn(
+                    "event %s: %s is no unregistered obstacle of the cell, nothing moved", event.name, event.move
+                )
             elif event.camera:
                 others = tuple(camera for camera in self._off if camera != event.camera)
                 self._off = others if event.camera_on else (*others, event.camera)
@@ -274,7 +255,7 @@ class SimulationNode:
             self._script.again(event, self._world.time_s + 1.0)
 
     def _serve_spawn(self, request: Any) -> str:
-        spec = spawn_spec(request)
+        spec = spawn_spec(request, scene_path(self._params.scene).resolve().parent)
         self._world.spawn(spec)
         return f"{spec.kind} {spec.name} is at ({spec.x:.3f}, {spec.y:.3f}, {spec.z:.3f})"
 
@@ -283,12 +264,12 @@ class SimulationNode:
         return f"{name} has left the cell"
 
 
-class SyncError(RuntimeError):
-    """A participant of the lock-step did not answer; the message names it."""
-
-
-def spawn_spec(request: Any) -> ThingSpec:
+def spawn_spec(request: Any, folder: Path) -> ThingSpec:
     """The object a SpawnObstacles request asks for.
+
+    Args:
+        request: what is asked.
+        folder: of the scene's file; a model's path may be relative to it.
 
     Raises:
         SpawnError: faults, all listed, with what is accepted.
@@ -308,34 +289,30 @@ def spawn_spec(request: Any) -> ThingSpec:
             faults.append(f"{axis} {value} must be within {low:g} to {high:g}")
     size = tuple(request.shape) or DEFAULT_BOX_M
     kind = SPAWNED_KINDS.get(request.type, "")
-    if kind == "Obstacle" and (len(size) != 3 or not all(0.01 <= s <= 5.0 for s in size)):
+    boxy = kind == ObjectKind.OBSTACLE and not request.model
+    if boxy and (len(size) != 3 or not all(0.01 <= s <= 5.0 for s in size)):
         faults.append(f"shape {list(size)} must be three sizes within 0.01 to 5 m")
+    model = str(folder / request.model) if request.model else ""
+    if model:
+        faults += _model_faults(request, kind, Path(model))
     if faults:
         raise SpawnError("; ".join(faults))
-    size = size if kind == "Obstacle" else ()
+    size = size if boxy else ()
     registered = request.type != "Unregistered"
-    return ThingSpec(request.name, kind, request.x, request.y, request.z, request.yaw, size, registered)
+    return ThingSpec(request.name, kind, request.x, request.y, request.z, request.yaw, size, registered, model)
+
+
+def _model_faults(request: Any, kind: str, file: Path) -> List[str]:
+    faults = []
+    if kind == ObjectKind.TARGET:
+        faults.append(f"model {request.model!r}: a target has no body; leave it empty")
+    if request.shape:
+        faults.append(f"shape {list(request.shape)} must be empty where a model is given")
+    if not file.is_file():
+        faults.append(f"model {request.model!r} must be a URDF or xacro file; there is no {file}")
+    return faults
 
 
 def main() -> None:
-    """Run the node.
-
-    Signals only ask the loop to end: rospy's own handler would close the topics from within a publish of this same
-    thread, whose lock is then taken twice, and the node would hang until it is killed.
-    """
-    rospy.init_node("simulation", disable_signals=True)
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
-    try:
-        SimulationNode(load_params(SimulationParams), stop).run()
-    except (ParamError, SceneError, SpawnError, SyncError) as error:
-        rospy.logfatal("%s", error)
-        raise SystemExit(1) from error
-    except rospy.ROSException:
-        # Told to stop by the master: topics close under the loop's hands, some before the node is known to stop.
-        rospy.rostime.wallsleep(SHUTDOWN_S)
-        if not rospy.is_shutdown():
-            raise
-    finally:
-        rospy.signal_shutdown("the simulation has ended")
+    """Run the node."""
+    run_node("simulation", lambda stop: SimulationNode(load_params(SimulationParams), stop).run(), SpawnError)

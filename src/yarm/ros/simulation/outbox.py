@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping
+from typing import Dict, List, Mapping, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -10,11 +10,9 @@ import rospy
 from geometry_msgs.msg import Point, Pose, TransformStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, PointCloud2
-from shape_msgs.msg import SolidPrimitive
 from tf2_msgs.msg import TFMessage
 
 from yarm.geometry import FloatArray
-from yarm.geometry.urdf import Solid
 from yarm.msg import (
     Clearance,
     Contact,
@@ -24,22 +22,24 @@ from yarm.msg import (
     RegisteredObject,
     SimStatus,
 )
-from yarm.ros import names
-from yarm.ros.simulation_clouds import RawCloud, RawTransforms, quaternions_of
-from yarm.sim.bodies import Body
-from yarm.sim.camera_model import KINECT, WRIST
-from yarm.sim.contacts import Contact as SimContact
-from yarm.sim.drive import CASTER_NAMES
-from yarm.sim.world import TICK_S, World
+from yarm.robots.ankurbot import CASTERS
+from yarm.ros.common import names
+from yarm.ros.common.solids import primitive_of
+from yarm.ros.simulation.clouds import RawCloud, RawTransforms, quaternions_of
+from yarm.sim.engine.bodies import Body
+from yarm.sim.engine.contacts import Contact as SimContact
+from yarm.sim.engine.world import TICK_S, SimWorld
+from yarm.sim.robots.ankurbot import Ankurbot
+from yarm.sim.robots.arm import Arm
+from yarm.sim.sensors.camera_model import KINECT, WRIST
 
 CAMERAS = (1, 2, 3, 4)
-PRIMITIVES = {"box": SolidPrimitive.BOX, "cylinder": SolidPrimitive.CYLINDER, "sphere": SolidPrimitive.SPHERE}
 
 
 class Outbox:
     """Publishers of the simulated cell; messages nobody listens to are not made."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: SimWorld) -> None:
         """Advertise."""
         self._world = world
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10, tcp_nodelay=True)
@@ -56,9 +56,7 @@ class Outbox:
             r: rospy.Publisher(names.joint_states(r), JointState, queue_size=10, tcp_nodelay=True) for r in robots
         }
         self._casters = {
-            robot: [
-                rospy.Publisher(names.caster_state(robot, c), JointControllerState, queue_size=10) for c in CASTER_NAMES
-            ]
+            robot: [rospy.Publisher(names.caster_state(robot, c), JointControllerState, queue_size=10) for c in CASTERS]
             for robot in world.robots
         }
         self._wrist = {arm: rospy.Publisher(names.wrist_points(arm), PointCloud2, queue_size=1) for arm in world.arms}
@@ -69,11 +67,11 @@ class Outbox:
 
     def wrist_wanted(self, arm: str) -> bool:
         """Whether somebody listens to an arm's wrist camera."""
-        return self._wrist[arm].get_num_connections() > 0
+        return bool(self._wrist[arm].get_num_connections() > 0)
 
     def clearance_wanted(self) -> bool:
         """Whether somebody listens to the clearances."""
-        return self._clearance.get_num_connections() > 0
+        return bool(self._clearance.get_num_connections() > 0)
 
     def objects(self, stamp: rospy.Time, cameras: Mapping[str, FloatArray]) -> None:
         """Registry and fixed frames; call at the start and whenever an object comes or goes."""
@@ -85,7 +83,7 @@ class Outbox:
             fixed.update(body.static_frames)
         self._transforms = RawTransforms([frame for frame in poses if frame not in fixed and frame not in hidden])
         self._tf_static.publish(_transform_message(stamp, fixed))
-        registry = ObjectRegistry(entries=[_entry(body) for body in known])
+        registry = ObjectRegistry(entries=[registry_entry(body) for body in known])
         registry.header.stamp, registry.header.frame_id = stamp, names.WORLD_FRAME
         self._registry.publish(registry)
 
@@ -93,7 +91,8 @@ class Outbox:
         """Clock, moving frames, joints."""
         self._clock.publish(Clock(stamp))
         self._tf.publish(self._transforms.fill(stamp, self._world.transforms()))
-        for name, robot in (*self._world.robots.items(), *self._world.arms.items()):
+        robots: Dict[str, Union[Ankurbot, Arm]] = {**self._world.robots, **self._world.arms}
+        for name, robot in robots.items():
             if self._joints[name].get_num_connections():
                 message = JointState()
                 message.header.stamp = stamp
@@ -114,7 +113,7 @@ class Outbox:
     def contacts(self, stamp: rospy.Time, contacts: List[SimContact]) -> None:
         """Contacts since the last message."""
         if self._contacts.get_num_connections():
-            message = Contacts(contacts=[_contact(contact) for contact in contacts])
+            message = Contacts(contacts=[contact_message(contact) for contact in contacts])
             message.header.stamp, message.header.frame_id = stamp, names.WORLD_FRAME
             self._contacts.publish(message)
 
@@ -164,24 +163,19 @@ def _pose(matrix: FloatArray) -> Pose:
     return pose
 
 
-def _primitive(solid: Solid) -> SolidPrimitive:
-    size = list(solid.size)
-    if solid.shape == "cylinder":
-        size = [solid.size[1], solid.size[0]]
-    return SolidPrimitive(type=PRIMITIVES[solid.shape], dimensions=size)
-
-
-def _entry(body: Body) -> RegisteredObject:
-    entry = RegisteredObject(name=body.name, object=body.kind, type="dynamic" if body.dynamic else "static")
+def registry_entry(body: Body) -> RegisteredObject:
+    """What the registry tells of a body."""
+    entry = RegisteredObject(name=body.name, object=str(body.kind), type="dynamic" if body.dynamic else "static")
     entry.seed_frame, entry.link_frames = body.seed_frame, list(body.link_frames)
     for item in body.solids:
-        entry.shapes.append(_primitive(item.solid))
+        entry.shapes.append(primitive_of(item.solid))
         entry.shape_poses.append(_pose(item.T_frame_solid))
         entry.shape_frames.append(item.frame)
     return entry
 
 
-def _contact(contact: SimContact) -> Contact:
+def contact_message(contact: SimContact) -> Contact:
+    """A contact as ground truth tells it."""
     return Contact(
         body_a=contact.a.body,
         link_a=contact.a.link,

@@ -6,15 +6,18 @@ from dataclasses import dataclass
 from typing import Tuple
 
 from yarm.params import param
-from yarm.sim.world import WorldParams
+from yarm.sim.engine.world import WorldParams
 
 
 @dataclass(frozen=True)
 class SimulationParams(WorldParams):
-    """What ``config/simulation.yaml`` holds."""
+    """What ``config/cell/simulation.yaml`` holds."""
 
     scene: str = param("1m1ma", "", "shipped scene by name, or path of a scene file ending in .yaml")
-    seed: int = param(-1, "", "seed of the depth noise; -1 takes the scene's own", low=-1, high=2**31 - 1)
+    seed: int = param(
+        -1, "", "seed of the layout and of the depth noise; -1 takes the scene's own", low=-1, high=2**31 - 1
+    )
+    vary: bool = param(True, "", "a seed other than the scene's own changes its layout where the scene says how")
     depth_noise: bool = param(True, "", "Kinect-like noise on the depth cameras")
     real_time_factor: float = param(
         1.0, "", "greatest simulated seconds per second; 0 as fast as possible", low=0, high=100

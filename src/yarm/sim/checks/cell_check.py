@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Tuple
@@ -9,9 +10,20 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 import pybullet
 
-from yarm.geometry import BoolArray, FloatArray, GridSpec, quaternion_from_rpy, transform_points
-from yarm.sim.bodies import Body, set_root_pose
-from yarm.sim.reachability import (
+from yarm.geometry import (
+    BoolArray,
+    FloatArray,
+    GridSpec,
+    quaternion_from_rpy,
+    transform_matrix,
+    transform_points,
+    wrap_angle,
+)
+from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
+from yarm.geometry.urdf import LinkSolid
+from yarm.robots.hc10 import PRIVATE_AREA, Area
+from yarm.sim.checks.finding import Finding
+from yarm.sim.checks.reachability import (
     ConfigurationSpace,
     RobotShape,
     compatible,
@@ -21,27 +33,23 @@ from yarm.sim.reachability import (
     pairs,
     solid_points,
 )
-from yarm.sim.robots import Ankurbot, Arm
-from yarm.sim.scene import Scene, ThingSpec
-from yarm.sim.things import SpawnError
-from yarm.sim.world import World
+from yarm.sim.engine.bodies import Body, FramedSolid, description, rigid_solids, set_root_pose
+from yarm.sim.engine.things import SpawnError
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.robots.ankurbot import Ankurbot
+from yarm.sim.robots.arm import Arm
+from yarm.sim.scenes.scene import Scene
+from yarm.sim.scenes.specs import ThingSpec
 
 HOVER_TIP_M = 1.15
 HOVER_CLEARANCE_M = 0.05
 PART_XY_M = tuple((x, y) for x in (-0.42, -0.25, -0.08) for y in (-0.27, 0.0, 0.27))
+"""Places over the part, metres, frame of its station."""
 LINK_CLEARANCE_M = 0.05
 NEIGHBOURS = 2
 """Links this near along the chain (joints apart) touch by construction."""
 
 Configuration = Tuple[int, Tuple[int, int]]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One check: whether it holds, and a sentence."""
-
-    holds: bool
-    text: str
 
 
 @dataclass(frozen=True)
@@ -53,10 +61,15 @@ class GoalPoint:
     y: float
 
 
-def check_scene(scene: Scene) -> List[Finding]:
-    """Every check of a scene."""
+def check_scene(scene: Scene, hands: bool = False) -> List[Finding]:
+    """Every check of a scene.
+
+    Args:
+        scene: to check.
+        hands: its mobile robots carry a hand, drawn up, with a piece of debris in it while they drive.
+    """
     try:
-        world = World(scene)
+        world = SimWorld(scene, hands=hands)
     except SpawnError as error:
         return [Finding(False, str(error))]
     with world:
@@ -66,7 +79,7 @@ def check_scene(scene: Scene) -> List[Finding]:
 def goal_points(scene: Scene) -> List[GoalPoint]:
     """Debris and targets, also those that events spawn, and where pushes take them."""
     spawned = [event.spawn for event in scene.events if event.spawn is not None]
-    things = {t.name: t for t in (*scene.things, *spawned) if t.kind in ("Debris", "Target")}
+    things = {t.name: t for t in (*scene.things, *spawned) if t.kind in GOAL_KINDS}
     points = [GoalPoint(thing.name, thing.x, thing.y) for thing in things.values()]
     for event in scene.events:
         thing: Optional[ThingSpec] = things.get(event.push)
@@ -75,10 +88,21 @@ def goal_points(scene: Scene) -> List[GoalPoint]:
     return points
 
 
+def carried_points(cup_m: float) -> FloatArray:
+    """Points (n, 3) that fill a piece of debris under a cup at a height, however it is turned; end effector's frame."""
+    _, model = description("debris.urdf.xacro")
+    own = solid_points((FramedSolid("", solid, np.eye(4)), pose) for solid, pose in rigid_solids(model))
+    reach = float(np.hypot(own[:, 0], own[:, 1]).max())
+    height = float(np.ptp(own[:, 2]))
+    disc = FramedSolid("", LinkSolid("cylinder", (reach, height), np.eye(4), "piece"), np.eye(4))
+    pose = transform_matrix((0.0, 0.0, cup_m - 0.5 * height), (0.0, 0.0, 0.0, 1.0))
+    return solid_points([(disc, pose)])
+
+
 class _Checker:
     """The checks of one world at its start."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: SimWorld) -> None:
         self._world = world
         self._spec = GridSpec()
         self._goals = goal_points(world.scene)
@@ -90,6 +114,7 @@ class _Checker:
         if self._world.robots:
             found += self._reach()
             found += self._pairs()
+        found += self._areas()
         for arm in self._world.arms.values():
             found.append(self._storage(arm))
             if self._world.robots and self._goals:
@@ -119,8 +144,14 @@ class _Checker:
         to_ee = np.linalg.inv(transforms[first.body.seed_frame])
         points = transform_points(to_ee, self._points(first.body))
         points[:, 2] += transforms[first.body.seed_frame][2, 3]
+        if first.hand is not None:
+            points = np.concatenate([points, carried_points(float(first.hand.cup[2, 3]))])
         self._shape = RobotShape.from_points(points, self._spec)
-        fixed = [self._points(b) for b in self._world.bodies.values() if b.kind in ("Obstacle", "Manipulator")]
+        fixed = [
+            self._points(b)
+            for b in self._world.bodies.values()
+            if b.kind in (ObjectKind.OBSTACLE, ObjectKind.MANIPULATOR)
+        ]
         space = ConfigurationSpace(self._shape, np.concatenate([np.zeros((0, 3)), *fixed]), self._spec)
         reached: Dict[str, BoolArray] = {}
         found = []
@@ -139,7 +170,19 @@ class _Checker:
         if not able:
             return Finding(False, f"{goal.name}: no robot can get to column {column} at any heading with the margin")
         degrees = [round(math.degrees(heading_angles()[heading])) for heading, _ in self._options[goal.name]]
-        return Finding(True, f"{goal.name}: {', '.join(able)} can reach it, headings {degrees} deg")
+        square = [name for name, options in able.items() if any(self._is_square(name, h) for h, _ in options)]
+        if not square:
+            return Finding(
+                False,
+                f"{goal.name}: {', '.join(able)} can get to column {column} only at headings {degrees} deg, to which "
+                f"quarter turns do not lead; the Commander's turns_deg needs finer ones, such as 45 and -45",
+            )
+        return Finding(True, f"{goal.name}: {', '.join(square)} can reach it, headings {degrees} deg")
+
+    def _is_square(self, robot: str, heading: int) -> bool:
+        """Whether quarter turns lead a robot from its start to a heading."""
+        start = next(spec.heading_rad for spec in self._world.scene.robots if spec.name == robot)
+        return (heading - nearest_heading(start)) % (len(heading_angles()) // 4) == 0
 
     def _pairs(self) -> List[Finding]:
         found: List[Finding] = []
@@ -153,6 +196,19 @@ class _Checker:
             found.append(Finding(good, f"{one} and {other} {text}"))
         return found
 
+    def _areas(self) -> List[Finding]:
+        """No two manipulators share a column of their private areas, so that neither gets in the other's way."""
+        areas = {
+            name: arm.station.moved_area(self._spec, PRIVATE_AREA) for name, arm in sorted(self._world.arms.items())
+        }
+        found = []
+        for one, other in itertools.combinations(areas, 2):
+            a, b = areas[one], areas[other]
+            apart = a[1] < b[0] or b[1] < a[0] or a[3] < b[2] or b[3] < a[2]
+            text = "do not overlap" if apart else "overlap"
+            found.append(Finding(apart, f"private areas of {one} {_columns(a)} and {other} {_columns(b)} {text}"))
+        return found
+
     def _storage(self, arm: Arm) -> Finding:
         distance, pair = link_clearance(self._world.client, arm)
         text = f"{arm.body.name} in storage: nearest links {pair}, {distance:.3f} m apart"
@@ -160,7 +216,8 @@ class _Checker:
 
     def _hover(self, arm: Arm) -> List[Finding]:
         """With the tool up at hover anywhere over the part, a robot can stand at each goal on the part."""
-        poses = [(xy, tip_joints(self._world.client, arm, *xy, HOVER_TIP_M)) for xy in PART_XY_M]
+        over = transform_points(arm.station.pose, [(x, y, 0.0) for x, y in PART_XY_M])[:, :2].tolist()
+        poses = [((x, y), tip_joints(self._world.client, arm, x, y, HOVER_TIP_M)) for x, y in over]
         lost = [xy for xy, joints in poses if joints is None]
         if lost:
             return [Finding(False, f"{arm.body.name} cannot hover at z {HOVER_TIP_M} over {lost}")]
@@ -193,10 +250,13 @@ class _Checker:
 
 def tip_joints(client: int, arm: Arm, x: float, y: float, z: float, tries: int = 12) -> Optional[List[float]]:
     """Joints, rad, with the sander's tip at (x, y, z), metres, pointing down, within limits; None when not found."""
-    down = quaternion_from_rpy(math.pi, 0.0, 0.0).tolist()
+    station = arm.station
+    down = quaternion_from_rpy(math.pi, 0.0, station.yaw_rad).tolist()
+    base_x, base_y, _ = station.base_xyz
+    towards = wrap_angle(math.atan2(y - base_y, x - base_x) - station.yaw_rad)
     generator = np.random.default_rng(0)
     for attempt in range(tries):
-        seed = [math.atan2(y, x + 1.1), 0.5, 1.6, 0.0, 0.5, 0.0] if attempt == 0 else None
+        seed = [towards, 0.5, 1.6, 0.0, 0.5, 0.0] if attempt == 0 else None
         arm.place(
             seed or generator.uniform([-1.0, -0.5, 0.6, -1.0, -2.0, -3.0], [1.0, 1.5, 2.6, 1.0, 2.0, 3.0]).tolist()
         )
@@ -211,6 +271,10 @@ def tip_joints(client: int, arm: Arm, x: float, y: float, z: float, tries: int =
         if near and np.all(np.asarray(joints) >= limits.lower) and np.all(np.asarray(joints) <= limits.upper):
             return list(joints)
     return None
+
+
+def _columns(area: Area) -> str:
+    return f"(columns x {area[0]}..{area[1]}, y {area[2]}..{area[3]})"
 
 
 def link_clearance(client: int, arm: Arm) -> Tuple[float, str]:

@@ -29,7 +29,7 @@ from yarm.geometry import (
     transform_matrix,
     transform_points,
 )
-from yarm.sim.bodies import FramedSolid
+from yarm.sim.engine.bodies import FramedSolid
 
 HEADINGS = 36
 SAMPLE_M = 0.025
@@ -111,8 +111,8 @@ class ConfigurationSpace:
         reached[heading][column] = True
         while True:
             doubled = np.concatenate([reached, reached])
-            grown = np.isin(labels, np.unique(labels[doubled])) & twice
-            merged = grown[:HEADINGS] | grown[HEADINGS:]
+            inflated = np.isin(labels, np.unique(labels[doubled])) & twice
+            merged = inflated[:HEADINGS] | inflated[HEADINGS:]
             if np.array_equal(merged, reached):
                 return reached
             reached = merged
@@ -148,8 +148,8 @@ def compatible(
     """Whether two robots can stand at one configuration of each list, with the margin between them."""
     images = [shape.image_at(heading, column, spec) for heading, column in other]
     for heading, column in one:
-        grown = dilated(shape.image_at(heading, column, spec), spec.shape[2], MARGIN_CELLS)
-        if any(not np.any(grown & image) for image in images):
+        inflated = dilated(shape.image_at(heading, column, spec), spec.shape[2], MARGIN_CELLS)
+        if any(not np.any(inflated & image) for image in images):
             return True
     return False
 

@@ -13,10 +13,10 @@ import numpy.typing as npt
 import pybullet
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
-from yarm.geometry.urdf import Solid, UrdfModel, expand_xacro, parse_urdf
+from yarm.geometry.urdf import LinkSolid, UrdfError, UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
 
-FRICTION = {"wheel": 1.0, "floor": 1.0, "debris": 0.7, "table": 0.7, "part": 0.7, "sander": 0.2}
+FRICTION = {"wheel": 1.0, "caster": 0.0, "floor": 1.0, "debris": 0.7, "table": 0.7, "part": 0.7, "sander": 0.2}
 """Lateral friction by link name or its ending; PyBullet multiplies the two of a contact."""
 
 
@@ -25,7 +25,7 @@ class FramedSolid:
     """A known solid fixed to a tf frame: pose of its centre in that frame (4, 4), metres."""
 
     frame: str
-    solid: Solid
+    solid: LinkSolid
     T_frame_solid: FloatArray
 
 
@@ -57,18 +57,52 @@ class Body:
 
 
 @lru_cache(maxsize=None)
-def description(file: str, part: str = "") -> Tuple[str, UrdfModel]:
-    """URDF text and its content of a file in urdf/, optionally with the xacro argument ``part``."""
-    text = expand_xacro(resource("urdf", file), **({"part": part} if part else {}))
+def description(file: str, part: str = "", system: str = "cell", hand: bool = False) -> Tuple[str, UrdfModel]:
+    """URDF text and content of a file in a folder of urdf/, with the xacro arguments ``part`` and ``hand`` if given."""
+    words = {**({"part": part} if part else {}), **({"hand": "true"} if hand else {})}
+    text = expand_xacro(resource("urdf", system, file), **words)
     return text, parse_urdf(text)
 
 
-def load_urdf(client: int, text: str, position: npt.ArrayLike, yaw_rad: float, fixed: bool) -> int:
-    """Put a URDF's text into PyBullet with its root link at a pose; the body's number."""
+def open_engine(steps_per_second: int, gui: bool = False) -> int:
+    """PyBullet with gravity and a fixed step; the number of its client."""
+    client = int(pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT))
+    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    pybullet.setPhysicsEngineParameter(
+        fixedTimeStep=1.0 / steps_per_second,
+        numSolverIterations=50,
+        deterministicOverlappingPairs=1,
+        physicsClientId=client,
+    )
+    return client
+
+
+def rigid_solids(model: UrdfModel) -> Tuple[Tuple[LinkSolid, FloatArray], ...]:
+    """The solids of a thing in one piece, each with its pose (4, 4) in the root link's frame.
+
+    Raises:
+        UrdfError: the thing has no solids, or joints that move.
+    """
+    if not model.solids or model.moving_joints:
+        moving = ", ".join(joint.name for joint in model.moving_joints) or "none"
+        raise UrdfError(
+            f"{model.name}: must be one rigid thing with collision solids; "
+            f"it has {len(model.solids)}, and joints that move: {moving}"
+        )
+    return tuple((solid, model.rigid_group(solid.link)[1] @ solid.pose) for solid in model.solids)
+
+
+def load_urdf(
+    client: int, text: str, position: npt.ArrayLike, yaw_rad: float, fixed: bool, round_sides: bool = False
+) -> int:
+    """Put a URDF's text into PyBullet with its root link at a pose; the body's number.
+
+    Cylinders become prisms of many sides, which rest steadily; with ``round_sides`` they stay round.
+    """
     with tempfile.TemporaryDirectory(prefix="yarm_urdf_") as folder:
         path = Path(folder) / "body.urdf"
         path.write_text(text, encoding="utf-8")
-        flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE | (pybullet.URDF_USE_IMPLICIT_CYLINDER if round_sides else 0)
         uid = pybullet.loadURDF(str(path), useFixedBase=fixed, flags=flags, physicsClientId=client)
     set_root_pose(client, uid, position, yaw_rad)
     _set_friction(client, uid)

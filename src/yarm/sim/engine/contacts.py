@@ -8,7 +8,14 @@ from typing import Dict, List, Mapping, Optional, Tuple
 
 import pybullet
 
+from yarm.geometry.kinds import ObjectKind
+
 Key = Tuple[int, int, int, int]
+Stations = Mapping[str, Mapping[str, str]]
+"""For each manipulator the names of its station's fixtures by type ("table", "stand")."""
+TABLE_LINKS = ("table", "part")
+TIP_LINKS = ("ee", "hand")
+"""Links of a mobile robot that may touch the debris it was sent to."""
 
 
 class ContactKind(Enum):
@@ -39,30 +46,32 @@ class Contact:
     kind: ContactKind
 
 
-def contact_kind(a: Side, b: Side, goals: Mapping[str, str]) -> ContactKind:
+def contact_kind(a: Side, b: Side, goals: Mapping[str, str], stations: Stations) -> ContactKind:
     """What a contact of these two sides counts as.
 
-    Allowed: fixed things among themselves; wheels and floor; an arm's base and the stand; debris and table, floor or
-    other debris; the sander and the workpiece; an end effector and the debris it was sent to. ``goals`` says to which
-    debris each robot was sent; while it is empty (nobody assigns tasks) an end effector may touch any debris. Sander
-    and debris is counted apart.
+    Allowed: fixed things among themselves; wheels or casters and floor; an arm's base and its own stand; debris and a
+    table, floor or other debris; the sander and its own station's workpiece; an end effector and the debris it was sent
+    to.
+    ``goals`` says to which debris each robot was sent; while it is empty (nobody assigns tasks) an end effector may
+    touch any debris. Sander and debris is counted apart.
     """
-    kinds = (_kind_of_ordered(a, b, goals), _kind_of_ordered(b, a, goals))
+    kinds = (_kind_of_ordered(a, b, goals, stations), _kind_of_ordered(b, a, goals, stations))
     return next((kind for kind in kinds if kind is not None), ContactKind.FAILURE)
 
 
-def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str]) -> Optional[ContactKind]:
-    if one.kind == "Manipulator" and one.link == "sander" and other.kind == "Debris":
+def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str], stations: Stations) -> Optional[ContactKind]:
+    if one.kind == ObjectKind.MANIPULATOR and one.link == "sander" and other.kind == ObjectKind.DEBRIS:
         return ContactKind.SANDER_DEBRIS
     # A robot without a goal may touch no debris; but while no goals are known at all, any.
     goal = goals.get(one.body, "" if goals else other.body)
+    own = stations.get(one.body, {}) if one.kind == ObjectKind.MANIPULATOR else {}
     allowed = (
-        {one.kind, other.kind} <= {"Obstacle", "Floor"}
-        or (one.link.endswith("_wheel") and other.kind == "Floor")
-        or (one.kind == "Manipulator" and one.link == "base_link" and other.body == "stand")
-        or (one.kind == "Manipulator" and one.link == "sander" and other.link == "part")
-        or (one.kind == "Debris" and (other.kind in ("Debris", "Floor") or other.body == "table"))
-        or (one.link == "ee" and other.kind == "Debris" and goal == other.body)
+        {one.kind, other.kind} <= {ObjectKind.OBSTACLE, "Floor"}
+        or (one.link.endswith(("_wheel", "_caster")) and other.kind == "Floor")
+        or (one.link == "base_link" and other.body == own.get("stand"))
+        or (one.link == "sander" and other.link == "part" and other.body == own.get("table"))
+        or (one.kind == ObjectKind.DEBRIS and (other.kind in (ObjectKind.DEBRIS, "Floor") or other.link in TABLE_LINKS))
+        or (one.link in TIP_LINKS and other.kind == ObjectKind.DEBRIS and goal == other.body)
     )
     return ContactKind.ALLOWED if allowed else None
 
@@ -70,9 +79,10 @@ def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str]) -> Option
 class ContactLog:
     """The deepest contact of each pair of links since the log was last emptied."""
 
-    def __init__(self, client: int) -> None:
-        """Watch the bodies of a PyBullet client."""
+    def __init__(self, client: int, stations: Stations) -> None:
+        """Watch the bodies of a PyBullet client; ``stations`` says which stand and table are whose."""
         self._client = client
+        self.stations = stations
         self._sides: Dict[Tuple[int, int], Side] = {}
         self._kinds: Dict[Key, ContactKind] = {}
         self._deepest: Dict[Key, Tuple[float, Tuple[float, float, float]]] = {}
@@ -116,7 +126,7 @@ class ContactLog:
                 continue
             kind = self._kinds.get(key)
             if kind is None:
-                kind = self._kinds[key] = contact_kind(a, b, self.goals)
+                kind = self._kinds[key] = contact_kind(a, b, self.goals, self.stations)
             contacts.append(Contact(a, b, position, depth, kind))
         self._deepest = {}
         return contacts

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import itertools
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 import pybullet
 
 from yarm.geometry import FloatArray, transform_matrix
+from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
 from yarm.params import param
-from yarm.sim.bodies import Body, com_offset, link_names, load_floor
-from yarm.sim.contacts import Contact, ContactKind, ContactLog
-from yarm.sim.robots import Ankurbot, Arm
-from yarm.sim.scene import Scene, ThingSpec
-from yarm.sim.scene_events import PUSH_SPEED_MPS
-from yarm.sim.things import SpawnError, fixture_body, thing_body
+from yarm.sim.engine.bodies import Body, com_offset, link_names, load_floor, open_engine
+from yarm.sim.engine.contacts import Contact, ContactKind, ContactLog
+from yarm.sim.engine.things import SpawnError, fixture_body, thing_body
+from yarm.sim.robots.ankurbot import Ankurbot
+from yarm.sim.robots.arm import Arm
+from yarm.sim.scenes.events import PUSH_SPEED_MPS
+from yarm.sim.scenes.scene import Scene
+from yarm.sim.scenes.specs import ThingSpec
 
 LOG = logging.getLogger(__name__)
 
@@ -27,7 +30,7 @@ TICK_S = STEPS_PER_TICK / STEPS_PER_SECOND
 OVERLAP_M = 0.002
 """A body put into the cell may overlap another by this much (things at rest do), metres."""
 
-__all__ = ["SpawnError", "World", "WorldParams"]
+__all__ = ["SimWorld", "SpawnError", "WorldParams"]
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,13 @@ class _Push:
     left_s: float
 
 
+@dataclass
+class _Walk:
+    name: str
+    velocity: FloatArray
+    left_s: float
+
+
 @dataclass(frozen=True)
 class ClearanceReading:
     """Least distance, metres, of a robot to the nearest body it must not touch; inf and "" when none is near."""
@@ -56,18 +66,27 @@ class ClearanceReading:
     distance_m: float
 
 
-class World:
+class SimWorld:
     """A PyBullet world without a window. Not thread-safe. Close it when done, or use it as a context manager."""
 
-    def __init__(self, scene: Scene, params: Optional[WorldParams] = None, gui: bool = False) -> None:
+    def __init__(
+        self, scene: Scene, params: Optional[WorldParams] = None, gui: bool = False, hands: bool = False
+    ) -> None:
         """Build the scene.
+
+        Args:
+            scene: what is in it.
+            params: limits of the drives.
+            gui: show PyBullet's window.
+            hands: the mobile robots carry a hand, drawn up.
 
         Raises:
             SpawnError: bodies of the scene overlap; the message names them all.
         """
         self.scene = scene
+        self._hands = hands
         self.params = params or WorldParams()
-        self._client: int = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        self._client = open_engine(STEPS_PER_SECOND, gui)
         self.steps = 0
         self.robots: Dict[str, Ankurbot] = {}
         self.arms: Dict[str, Arm] = {}
@@ -75,13 +94,18 @@ class World:
         self.bodies: Dict[str, Body] = {}
         self.version = 0
         self._pushes: List[_Push] = []
+        self._walks: List[_Walk] = []
+        self._walked: Dict[str, FloatArray] = {}
         self._poses: Dict[str, FloatArray] = {}
         self._poses_step = -1
-        self.contacts = ContactLog(self._client)
-        self._prepare_engine()
+        stations = {arm.name: {f.type: f.name for f in scene.fixtures_of(arm.name)} for arm in scene.arms}
+        self._bolted = frozenset(fixture.name for fixture in scene.placed_fixtures)
+        self.contacts = ContactLog(self._client, stations)
+        self._floor = load_floor(self._client)
+        self.contacts.register(self._floor, "floor", "Floor", ["floor"])
         self._populate()
 
-    def __enter__(self) -> World:
+    def __enter__(self) -> SimWorld:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -125,6 +149,8 @@ class World:
                 arm.update(1.0 / STEPS_PER_SECOND)
             if self._pushes:
                 self._apply_pushes()
+            if self._walks:
+                self._apply_walks()
             pybullet.stepSimulation(physicsClientId=self._client)
             self.contacts.collect()
             self.steps += 1
@@ -141,8 +167,9 @@ class World:
             poses: Dict[str, FloatArray] = {}
             for body in self.bodies.values():
                 poses.update(body.static_frames)
-                if body.kind == "Debris":
+                if body.kind == ObjectKind.DEBRIS:
                     poses[body.name] = self._root_pose(body.uids[0])
+            poses.update(self._walked)
             for robot in self.robots.values():
                 poses.update(robot.transforms())
             for arm in (*self.arms.values(), *self._tucked.values()):
@@ -189,11 +216,16 @@ class World:
         if body is None or not self._deletable(body):
             why = "nobody of that name is in the cell" if body is None else f"a {body.kind} of the cell stays"
             raise SpawnError(f"cannot delete {name!r}: {why}; deletable: {', '.join(deletable) or 'nothing'}")
+        for robot in self.robots.values():
+            if robot.hand is not None and robot.hand.held_uid in body.uids:
+                robot.hand.off()
         for uid in body.uids:
             self.contacts.forget(uid)
             pybullet.removeBody(uid, physicsClientId=self._client)
         del self.bodies[name]
         self._pushes = [push for push in self._pushes if push.name != name]
+        self._walks = [walk for walk in self._walks if walk.name != name]
+        self._walked.pop(name, None)
         self._poses_step = -1
         self.version += 1
 
@@ -201,9 +233,23 @@ class World:
         """Push a debris along (dx, dy), metres; false when it is not in the cell."""
         body = self.bodies.get(name)
         distance = float(np.hypot(dx_m, dy_m))
-        if body is None or body.kind != "Debris" or distance == 0.0:
+        if body is None or body.kind != ObjectKind.DEBRIS or distance == 0.0:
             return False
         self._pushes.append(_Push(name, dx_m / distance, dy_m / distance, distance / PUSH_SPEED_MPS))
+        return True
+
+    def walk(self, name: str, dx_m: float, dy_m: float, speed_mps: float) -> bool:
+        """Let an obstacle nobody registered walk along (dx, dy), metres; it stops for nothing. False without one."""
+        body = self.bodies.get(name)
+        distance = float(np.hypot(dx_m, dy_m))
+        if body is None or body.kind != ObjectKind.OBSTACLE or body.registered or distance == 0.0:
+            return False
+        if name not in self._walked:
+            self._walked[name] = body.static_frames[name].copy()
+            self.bodies[name] = replace(body, static_frames={})
+            self.version += 1
+        velocity = np.array([dx_m, dy_m, 0.0]) * speed_mps / distance
+        self._walks.append(_Walk(name, velocity, distance / speed_mps))
         return True
 
     def failures(self) -> List[Contact]:
@@ -211,27 +257,18 @@ class World:
         return [contact for contact in self.contacts.take() if contact.kind is ContactKind.FAILURE]
 
     def _deletable(self, body: Body) -> bool:
-        return body.kind in ("Debris", "Target") or (body.kind == "Obstacle" and body.name not in self.scene.fixtures)
-
-    def _prepare_engine(self) -> None:
-        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=1.0 / STEPS_PER_SECOND,
-            numSolverIterations=50,
-            deterministicOverlappingPairs=1,
-            physicsClientId=self._client,
-        )
-        self._floor = load_floor(self._client)
-        self.contacts.register(self._floor, "floor", "Floor", ["floor"])
+        return body.kind in GOAL_KINDS or (body.kind == ObjectKind.OBSTACLE and body.name not in self._bolted)
 
     def _populate(self) -> None:
-        for name in self.scene.fixtures:
-            self._add(fixture_body(self._client, name))
+        for fixture in self.scene.placed_fixtures:
+            self._add(fixture_body(self._client, fixture))
         for robot in self.scene.robots:
-            self.robots[robot.name] = Ankurbot(self._client, robot.name, robot.x, robot.y, robot.heading_rad)
+            self.robots[robot.name] = Ankurbot(
+                self._client, robot.name, robot.x, robot.y, robot.heading_rad, self._hands
+            )
             self._add(self.robots[robot.name].body)
         for arm in self.scene.arms:
-            built = Arm(self._client, arm.name, arm.tucked)
+            built = Arm(self._client, arm.name, arm.tucked, arm.station)
             (self._tucked if arm.tucked else self.arms)[arm.name] = built
             self._add(built.body)
         for thing in self.scene.things:
@@ -262,6 +299,17 @@ class World:
             push.left_s -= 1.0 / STEPS_PER_SECOND
         self._pushes = [push for push in self._pushes if push.left_s > 0.0]
 
+    def _apply_walks(self) -> None:
+        for walk in self._walks:
+            uid = self.bodies[walk.name].uids[0]
+            step = walk.velocity * min(walk.left_s, 1.0 / STEPS_PER_SECOND)
+            position, quaternion = pybullet.getBasePositionAndOrientation(uid, physicsClientId=self._client)
+            moved = np.asarray(position) + step
+            pybullet.resetBasePositionAndOrientation(uid, moved.tolist(), quaternion, physicsClientId=self._client)
+            self._walked[walk.name][:3, 3] += step
+            walk.left_s -= 1.0 / STEPS_PER_SECOND
+        self._walks = [walk for walk in self._walks if walk.left_s > 0.0]
+
     def _pair_distance(self, one: Iterable[int], other: Iterable[int], range_m: float) -> float:
         least = np.inf
         for a, b in itertools.product(one, other):
@@ -282,10 +330,10 @@ class World:
 
     def _may_touch(self, body: Body, other: Body) -> bool:
         """Whether a robot's distance to the other body says nothing about safety (its goal, an arm's part)."""
-        if body.kind == "Manipulator":
-            return other.name in self.scene.fixtures or other.kind == "Debris"
+        if body.kind == ObjectKind.MANIPULATOR:
+            return other.name in self.contacts.stations[body.name].values() or other.kind == ObjectKind.DEBRIS
         goals = self.contacts.goals
-        return other.kind == "Debris" and goals.get(body.name, "" if goals else other.name) == other.name
+        return other.kind == ObjectKind.DEBRIS and goals.get(body.name, "" if goals else other.name) == other.name
 
     def _overlapping(self, uid: int) -> List[str]:
         """Bodies, and the floor, that a body overlaps."""
@@ -294,11 +342,14 @@ class World:
             name for name, other in others if other != uid and self._pair_distance([uid], [other], 0.0) < -OVERLAP_M
         ]
 
+    def _stand_of(self, arm: str) -> str:
+        return self.contacts.stations.get(arm, {}).get("stand", "")
+
     def _all_overlaps(self) -> List[Tuple[str, str]]:
         """Pairs of bodies that overlap, arm on stand apart."""
         found = []
         for a, b in itertools.combinations(self.bodies.values(), 2):
-            bolted = {a.name, b.name} & {arm.name for arm in self.scene.arms} and "stand" in (a.name, b.name)
+            bolted = self._stand_of(a.name) == b.name or self._stand_of(b.name) == a.name
             if not bolted and self._pair_distance(a.uids, b.uids, 0.0) < -OVERLAP_M:
                 found.append((a.name, b.name))
         return found

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from yarm.geometry import FloatArray
+from yarm.robots.ankurbot import CASTER_XY_M
 
-CASTER_NAMES = ("fl", "fr", "rl", "rr")
-CASTER_XY_M = np.array([[0.15, 0.15], [0.15, -0.15], [-0.15, 0.15], [-0.15, -0.15]])
-"""Caster positions in base_link, front left, front right, rear left, rear right, metres."""
-WHEEL_RADIUS_M = 0.05
+CASTERS_M = np.array(CASTER_XY_M)
 PARALLEL_LIMIT = 0.002
 """Least curvature of the wheels' headings, 1, for a turning centre to exist (a centre nearer than about 7 m)."""
 
@@ -30,7 +28,7 @@ def turning_centre(angles_rad: FloatArray) -> FloatArray:
     normal = headings.T @ headings
     if float(np.linalg.eigvalsh(normal)[0]) < PARALLEL_LIMIT:
         return np.full(2, np.nan)
-    along = np.sum(headings * CASTER_XY_M, axis=-1)
+    along = np.sum(headings * CASTERS_M, axis=-1)
     centre: FloatArray = np.linalg.solve(normal, headings.T @ along)
     return centre
 
@@ -49,6 +47,6 @@ def wheel_speeds(angles_rad: FloatArray, drive_mps: float, yaw_rate_rps: float) 
     centre = turning_centre(angles_rad)
     if np.isnan(centre[0]):
         return WheelSpeeds(speeds, False)
-    arm = CASTER_XY_M - centre
+    arm = CASTERS_M - centre
     speeds += yaw_rate_rps * (arm[:, 0] * np.sin(angles_rad) - arm[:, 1] * np.cos(angles_rad))
     return WheelSpeeds(speeds, True)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable, List, Mapping, Optional, Tuple
+from dataclasses import dataclass, field
+from typing import Callable, List, Mapping, Optional, Tuple
 
-from yarm.sim.yaml_fields import Faults, Fields
-
-if TYPE_CHECKING:
-    from yarm.sim.scene import ThingSpec
+from yarm.sim.scenes.specs import ThingSpec
+from yarm.yaml_fields import Faults, Fields
 
 COMMANDER_STATES = ("IDLE", "STARTED", "CALIBRATION", "MENU", "BOUNDED", "BOUNDLESS", "CLEANUP")
+ACTIONS = ("spawn", "delete", "push", "move", "camera")
 PUSH_SPEED_MPS = 0.2
 
 
@@ -22,7 +21,8 @@ class Trigger:
         time_s: at this simulated time.
         state: when the Commander enters this state.
         raster: when this share of a manipulator's raster is done, 0 to 1.
-        robot: when this robot's end effector comes nearer than ``below_m`` to ``near``, horizontally.
+        arm: which manipulator's; empty for any.
+        robots: when the end effector of one of these robots comes nearer than ``below_m`` to ``near``, horizontally.
         near: name of the object it comes near to.
         below_m: that distance, metres.
         after_s: delay from then on, s.
@@ -31,7 +31,8 @@ class Trigger:
     time_s: Optional[float] = None
     state: str = ""
     raster: Optional[float] = None
-    robot: str = ""
+    arm: str = ""
+    robots: Tuple[str, ...] = ()
     near: str = ""
     below_m: float = 0.0
     after_s: float = 0.0
@@ -39,7 +40,7 @@ class Trigger:
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happens; exactly one of spawn, delete, push, camera is used.
+    """One thing that happens; exactly one of spawn, delete, push, move, camera is used.
 
     Attributes:
         name: for messages.
@@ -47,8 +48,10 @@ class Event:
         spawn: object to put into the cell.
         delete: name of an object to take away.
         push: name of a debris to push along (``dx_m``, ``dy_m``) at PUSH_SPEED_MPS.
+        move: name of an obstacle nobody registered that walks along (``dx_m``, ``dy_m``), whatever is in its way.
         dx_m: along world x, metres.
         dy_m: along world y, metres.
+        speed_mps: of a move, m/s.
         camera: number of the overhead camera to switch, 1 to 4; 0 for none.
         camera_on: switch it on or off.
     """
@@ -58,14 +61,17 @@ class Event:
     spawn: Optional[ThingSpec] = None
     delete: str = ""
     push: str = ""
+    move: str = ""
     dx_m: float = 0.0
     dy_m: float = 0.0
+    speed_mps: float = 1.0
     camera: int = 0
     camera_on: bool = True
 
     def names(self) -> Tuple[str, ...]:
         """Names of the objects it speaks of, which must exist."""
-        return tuple(name for name in (self.when.robot, self.when.near, self.delete, self.push) if name)
+        named = (self.when.arm, *self.when.robots, self.when.near, self.delete, self.push, self.move)
+        return tuple(name for name in named if name)
 
 
 @dataclass(frozen=True)
@@ -75,14 +81,14 @@ class Situation:
     Attributes:
         time_s: simulated time.
         commander_state: name of the Commander's state; empty while unknown.
-        raster: share of the raster done; 0 while unknown.
+        raster: share of its raster that each manipulator has done; none while unknown.
         positions: x, y of each object's seed, metres, world.
     """
 
     time_s: float
     commander_state: str = ""
-    raster: float = 0.0
-    positions: Mapping[str, Tuple[float, float]] = None  # type: ignore[assignment]
+    raster: Mapping[str, float] = field(default_factory=dict)
+    positions: Mapping[str, Tuple[float, float]] = field(default_factory=dict)
 
 
 class Script:
@@ -114,12 +120,11 @@ def _holds(when: Trigger, now: Situation) -> bool:
     if when.state:
         return now.commander_state == when.state
     if when.raster is not None:
-        return now.raster >= when.raster
-    positions = now.positions or {}
-    if when.robot not in positions or when.near not in positions:
-        return False
-    (ax, ay), (bx, by) = positions[when.robot], positions[when.near]
-    return (ax - bx) ** 2 + (ay - by) ** 2 < when.below_m**2
+        done = [share for arm, share in now.raster.items() if when.arm in ("", arm)]
+        return max(done, default=0.0) >= when.raster
+    to = now.positions.get(when.near)
+    places = [now.positions[robot] for robot in when.robots if robot in now.positions]
+    return to is not None and any((x - to[0]) ** 2 + (y - to[1]) ** 2 < when.below_m**2 for x, y in places)
 
 
 def read_events(top: Fields, faults: Faults, spawn_reader: Callable[[Fields], ThingSpec]) -> Tuple[Event, ...]:
@@ -132,9 +137,9 @@ def _event(fields: Fields, i: int, faults: Faults, spawn_reader: Callable[[Field
     when = _trigger(fields.section("when"))
     action = fields.section("do")
     fields.finish()
-    kinds = [kind for kind in ("spawn", "delete", "push", "camera") if action.has(kind)]
+    kinds = [kind for kind in ACTIONS if action.has(kind)]
     if len(kinds) != 1:
-        faults.add(action.key, sorted(action.raw), "exactly one of spawn, delete, push, camera")
+        faults.add(action.key, sorted(map(str, action.raw)), f"exactly one of {', '.join(ACTIONS)}")
         return Event(name, when)
     event = _action(name, when, kinds[0], action, spawn_reader)
     action.finish()
@@ -148,6 +153,15 @@ def _action(name: str, when: Trigger, kind: str, action: Fields, spawn_reader: C
         return Event(name, when, delete=action.text("delete"))
     if kind == "camera":
         return Event(name, when, camera=action.whole("camera", 1, 4, 1), camera_on=action.flag("enabled"))
+    if kind == "move":
+        return Event(
+            name,
+            when,
+            move=action.text("move"),
+            dx_m=action.number("dx", -10.0, 10.0, "m", 0.0),
+            dy_m=action.number("dy", -10.0, 10.0, "m", 0.0),
+            speed_mps=action.number("speed", 0.01, 5.0, "m/s", 1.0),
+        )
     return Event(
         name,
         when,
@@ -162,17 +176,18 @@ def _trigger(fields: Fields) -> Trigger:
     after_s = fields.number("after", 0.0, 3600.0, "s", 0.0)
     trigger = Trigger(after_s=after_s)
     if len(kinds) != 1:
-        fields.faults.add(fields.key, sorted(fields.raw), "exactly one of time, state, raster, robot")
+        fields.faults.add(fields.key, sorted(map(str, fields.raw)), "exactly one of time, state, raster, robot")
         return trigger
     if kinds[0] == "time":
         trigger = Trigger(time_s=fields.number("time", 0.0, 86400.0, "s"), after_s=after_s)
     elif kinds[0] == "state":
         trigger = Trigger(state=fields.text("state", choices=COMMANDER_STATES), after_s=after_s)
     elif kinds[0] == "raster":
-        trigger = Trigger(raster=fields.number("raster", 0.0, 1.0, ""), after_s=after_s)
+        arm = fields.text("manipulator") if fields.has("manipulator") else ""
+        trigger = Trigger(raster=fields.number("raster", 0.0, 1.0, ""), arm=arm, after_s=after_s)
     else:
         trigger = Trigger(
-            robot=fields.text("robot"),
+            robots=tuple(fields.text("robot").split()),
             near=fields.text("near"),
             below_m=fields.number("below", 0.01, 10.0, "m"),
             after_s=after_s,

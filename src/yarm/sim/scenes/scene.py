@@ -3,94 +3,76 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Dict, List, Optional, Tuple, Union
+from typing import Dict, List, Optional, Set, Tuple, Union
 
+from yarm.geometry import GridSpec
+from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
 from yarm.resources import resource
-from yarm.sim.scene_events import Event, read_events
-from yarm.sim.yaml_fields import Faults, Fields, SceneError, load_yaml
+from yarm.robots.ankurbot import EE_HEIGHT_M
+from yarm.robots.hc10 import AT_ORIGIN, N_JOINTS, NAME, STATION_FIXTURES, Station
+from yarm.sim.scenes.events import Event, read_events
+from yarm.sim.scenes.specs import HALF_CELL_M, ArmSpec, FixtureSpec, RobotSpec, ThingSpec
+from yarm.sim.scenes.variation import Vary, read_vary, vary_layout
+from yarm.yaml_fields import Faults, Fields, SceneError, load_yaml
 
-HALF_CELL_M = 2.5
-"""The mapped volume is x, y in [-2.5, 2.5), metres."""
-TOP_M = 1.3
-EE_HEIGHT_M = 0.89
-DEBRIS_HALF_HEIGHT_M = 0.02
-FIXTURES = ("table", "stand")
+TOP_M = GridSpec().upper[2]
 ROBOT_TYPES = ("ankurbot",)
 ARM_TYPES = ("hc10",)
+MOST_ROBOTS = 20
+"""Mobile robots in a scene; the floor of the volume holds no more."""
+MOST_THINGS = 100
+"""Debris, targets or obstacles in a scene, of each kind."""
 
 __all__ = ["Scene", "SceneError", "load_scene", "scene_path", "shipped_scenes"]
 
 
 @dataclass(frozen=True)
-class RobotSpec:
-    """A mobile robot at its start: body centre on the floor, metres, and heading of its arm, rad."""
-
-    name: str
-    type: str
-    x: float
-    y: float
-    heading_rad: float
-
-
-@dataclass(frozen=True)
-class ArmSpec:
-    """A manipulator; where it is bolted and folded is in config/hc10.yaml.
-
-    Attributes:
-        name: unique name.
-        type: one of ARM_TYPES.
-        tucked: it stays folded and takes no orders: to everybody it is an Obstacle.
-    """
-
-    name: str
-    type: str
-    tucked: bool = False
-
-
-@dataclass(frozen=True)
-class ThingSpec:
-    """Debris, a target or an obstacle.
-
-    Attributes:
-        name: unique name.
-        kind: "Debris", "Target" or "Obstacle".
-        x: centre, metres, world.
-        y: centre, metres, world.
-        z: centre, metres, world.
-        yaw_rad: heading, rad.
-        size: obstacles: box along x, y, z, metres; else empty.
-        registered: obstacles: whether anybody is told of it, or it can only be seen.
-    """
-
-    name: str
-    kind: str
-    x: float
-    y: float
-    z: float
-    yaw_rad: float = 0.0
-    size: Tuple[float, ...] = ()
-    registered: bool = True
-
-
-@dataclass(frozen=True)
 class Scene:
-    """Everything that is in the cell at its start, and the events that change it."""
+    """Everything that is in the cell at its start, the events that change it, and what another seed may change.
+
+    Attributes:
+        name: unique name.
+        seed: of the depth noise.
+        about: one sentence.
+        fixtures: types of the fixtures that each station has.
+        robots: mobile robots.
+        arms: manipulators.
+        things: debris, targets, obstacles.
+        events: what happens.
+        vary: what another seed may change; None for nothing.
+    """
 
     name: str
     seed: int = 0
     about: str = ""
-    fixtures: Tuple[str, ...] = FIXTURES
+    fixtures: Tuple[str, ...] = STATION_FIXTURES
     robots: Tuple[RobotSpec, ...] = ()
     arms: Tuple[ArmSpec, ...] = ()
     things: Tuple[ThingSpec, ...] = ()
     events: Tuple[Event, ...] = field(default=())
+    vary: Optional[Vary] = None
 
     @property
-    def has_working_arm(self) -> bool:
-        """Whether a manipulator is there that is not tucked away."""
-        return any(not arm.tucked for arm in self.arms)
+    def working_arms(self) -> Tuple[str, ...]:
+        """Names of the manipulators that are not tucked away."""
+        return tuple(arm.name for arm in self.arms if not arm.tucked)
+
+    def fixtures_of(self, arm: str) -> Tuple[FixtureSpec, ...]:
+        """Table and stand of a manipulator; the first one's carry the plain names, the others' the arm's as well."""
+        for i, spec in enumerate(self.arms):
+            if spec.name == arm:
+                prefix = f"{arm}_" if i else ""
+                return tuple(FixtureSpec(f"{prefix}{kind}", kind, spec.station) for kind in self.fixtures)
+        return ()
+
+    @property
+    def placed_fixtures(self) -> Tuple[FixtureSpec, ...]:
+        """Every table and stand; a scene without manipulators has those of the station at the origin."""
+        if not self.arms:
+            return tuple(FixtureSpec(kind, kind) for kind in self.fixtures)
+        return tuple(fixture for arm in self.arms for fixture in self.fixtures_of(arm.name))
 
     def things_of(self, kind: str) -> Tuple[ThingSpec, ...]:
         """The debris, targets or obstacles."""
@@ -99,16 +81,20 @@ class Scene:
 
 def scene_path(name: str) -> Path:
     """File of a scene: a path ending in .yaml, or the name of a shipped scene such as "2m1ma"."""
-    return Path(name) if name.endswith(".yaml") else resource("scenes", f"{name}.yaml")
+    return Path(name) if name.endswith(".yaml") else resource("scenes", "cell", f"{name}.yaml")
 
 
 def shipped_scenes() -> Tuple[str, ...]:
     """Names of the scenes that come with the package."""
-    return tuple(sorted(path.stem for path in resource("scenes").glob("*.yaml")))
+    return tuple(sorted(path.stem for path in resource("scenes", "cell").glob("*.yaml")))
 
 
-def load_scene(source: Union[str, Path]) -> Scene:
+def load_scene(source: Union[str, Path], seed: int = -1) -> Scene:
     """A scene by name or file.
+
+    Args:
+        source: name of a shipped scene, or a file.
+        seed: of the layout, for a scene that has a ``vary`` block; -1, or the scene's own, gives the file's layout.
 
     Raises:
         SceneError: faults, all listed: file, key, value, what was expected.
@@ -116,7 +102,22 @@ def load_scene(source: Union[str, Path]) -> Scene:
     path = scene_path(str(source))
     if not path.is_file():
         raise SceneError(f"{path}: no such scene; shipped: {', '.join(shipped_scenes())}")
-    return scene_from(load_yaml(path), str(path))
+    scene = scene_from(load_yaml(path), str(path))
+    return scene if seed in (-1, scene.seed) else with_layout(scene, seed)
+
+
+def with_layout(scene: Scene, seed: int) -> Scene:
+    """The scene as a seed lays it out; a scene without a ``vary`` block stays as it is.
+
+    Raises:
+        SceneError: its ranges leave no room.
+    """
+    if scene.vary is None:
+        return scene
+    robots, things, events = vary_layout(
+        scene.vary, seed, scene.placed_fixtures, scene.robots, scene.things, scene.events
+    )
+    return replace(scene, robots=robots, things=things, events=events)
 
 
 def scene_from(raw: object, file: str) -> Scene:
@@ -127,18 +128,19 @@ def scene_from(raw: object, file: str) -> Scene:
     """
     faults = Faults(file)
     top = Fields(raw, "", faults)
-    things = [_debris(f) for f in top.entries("debris")]
-    things += [_target(f) for f in top.entries("targets")]
-    things += [_obstacle(f) for f in top.entries("obstacles")]
+    things = [_debris(f) for f in top.entries("debris", MOST_THINGS)]
+    things += [_target(f) for f in top.entries("targets", MOST_THINGS)]
+    things += [_obstacle(f) for f in top.entries("obstacles", MOST_THINGS)]
     scene = Scene(
         name=top.text("name"),
         seed=top.whole("seed", 0, 2**31 - 1, 0),
         about=top.text("about", "-"),
         fixtures=_fixtures(top),
-        robots=tuple(_robot(f) for f in top.entries("robots")),
+        robots=tuple(_robot(f) for f in top.entries("robots", MOST_ROBOTS)),
         arms=tuple(_arm(f) for f in top.entries("manipulators")),
         things=tuple(things),
         events=read_events(top, faults, spawn_reader=_spawned),
+        vary=read_vary(top.section("vary")) if top.has("vary") else None,
     )
     top.finish()
     _check_names(scene, faults)
@@ -147,9 +149,9 @@ def scene_from(raw: object, file: str) -> Scene:
 
 
 def _fixtures(top: Fields) -> Tuple[str, ...]:
-    value = top.value("fixtures", "a list", list(FIXTURES))
-    if not isinstance(value, list) or any(item not in FIXTURES for item in value):
-        top.faults.add("fixtures", value, f"a list of {', '.join(FIXTURES)}")
+    value = top.value("fixtures", "a list", list(STATION_FIXTURES))
+    if not isinstance(value, list) or any(item not in STATION_FIXTURES for item in value):
+        top.faults.add("fixtures", value, f"a list of {', '.join(STATION_FIXTURES)}")
         return ()
     return tuple(value)
 
@@ -168,30 +170,49 @@ def _robot(fields: Fields) -> RobotSpec:
 
 def _arm(fields: Fields) -> ArmSpec:
     spec = ArmSpec(
-        name=_name(fields), type=fields.text("type", choices=ARM_TYPES), tucked=fields.flag("tucked", default=False)
+        name=_name(fields),
+        type=fields.text("type", choices=ARM_TYPES),
+        tucked=fields.flag("tucked", default=False),
+        station=_station(fields.section("station")) if fields.has("station") else AT_ORIGIN,
     )
     fields.finish()
+    if spec.name and not spec.name.startswith(NAME):
+        expected = f"a name that begins with {NAME}, by which the controls server knows an HC10"
+        fields.faults.add(fields.path("name"), spec.name, expected)
     return spec
 
 
+def _station(fields: Fields) -> Station:
+    folded = fields.numbers("storage_deg", N_JOINTS, -360.0, 360.0) if fields.has("storage_deg") else ()
+    station = Station(
+        x=fields.number("x", -HALF_CELL_M, HALF_CELL_M, "m", 0.0),
+        y=fields.number("y", -HALF_CELL_M, HALF_CELL_M, "m", 0.0),
+        yaw_rad=_angle(fields, "yaw_deg", 0.0),
+        storage=tuple(math.radians(angle) for angle in folded),
+    )
+    fields.finish()
+    return station
+
+
 def _debris(fields: Fields) -> ThingSpec:
-    return _thing(fields, "Debris", default_z=None)
+    return _thing(fields, ObjectKind.DEBRIS, default_z=None)
 
 
 def _target(fields: Fields) -> ThingSpec:
-    return _thing(fields, "Target", default_z=EE_HEIGHT_M)
+    return _thing(fields, ObjectKind.TARGET, default_z=EE_HEIGHT_M)
 
 
 def _obstacle(fields: Fields) -> ThingSpec:
-    return _thing(fields, "Obstacle", default_z=None)
+    return _thing(fields, ObjectKind.OBSTACLE, default_z=None)
 
 
 def _spawned(fields: Fields) -> ThingSpec:
-    kind = fields.text("type", choices=("Debris", "Target", "Obstacle"))
-    return _thing(fields, kind, default_z=EE_HEIGHT_M if kind == "Target" else None)
+    kind = fields.text("type", choices=(ObjectKind.DEBRIS, ObjectKind.TARGET, ObjectKind.OBSTACLE))
+    return _thing(fields, kind, default_z=EE_HEIGHT_M if kind == ObjectKind.TARGET else None)
 
 
 def _thing(fields: Fields, kind: str, default_z: Optional[float]) -> ThingSpec:
+    model = _model(fields) if kind in (ObjectKind.DEBRIS, ObjectKind.OBSTACLE) else ""
     spec = ThingSpec(
         name=_name(fields),
         kind=kind,
@@ -199,11 +220,23 @@ def _thing(fields: Fields, kind: str, default_z: Optional[float]) -> ThingSpec:
         y=fields.number("y", -HALF_CELL_M, HALF_CELL_M, "m"),
         z=fields.number("z", 0.0, TOP_M, "m", default_z),
         yaw_rad=_angle(fields, "yaw_deg", 0.0),
-        size=fields.numbers("size", 3, 0.01, 5.0) if kind == "Obstacle" else (),
-        registered=fields.flag("registered", default=True) if kind == "Obstacle" else True,
+        size=fields.numbers("size", 3, 0.01, 5.0) if kind == ObjectKind.OBSTACLE and not model else (),
+        registered=fields.flag("registered", default=True) if kind == ObjectKind.OBSTACLE else True,
+        model=model,
     )
     fields.finish()
     return spec
+
+
+def _model(fields: Fields) -> str:
+    """Path of a description, given relative to the scene's own file; empty when none is given."""
+    if not fields.has("model"):
+        return ""
+    name = fields.text("model")
+    file = Path(fields.faults.file).resolve().parent / name
+    if name and not file.is_file():
+        fields.faults.add(fields.path("model"), name, f"a URDF or xacro file beside the scene; there is no {file}")
+    return str(file)
 
 
 def _name(fields: Fields) -> str:
@@ -218,7 +251,8 @@ def _angle(fields: Fields, name: str, default: Optional[float]) -> float:
 
 
 def _check_names(scene: Scene, faults: Faults) -> None:
-    owners: Dict[str, List[str]] = {name: [f"fixtures ({name})"] for name in ("floor", *FIXTURES)}
+    fixed = ["floor", *STATION_FIXTURES, *(fixture.name for fixture in scene.placed_fixtures)]
+    owners: Dict[str, List[str]] = {name: [f"fixtures ({name})"] for name in fixed}
     for key, specs in (("robots", scene.robots), ("manipulators", scene.arms), ("things", scene.things)):
         for spec in specs:
             owners.setdefault(spec.name, []).append(key)
@@ -227,9 +261,17 @@ def _check_names(scene: Scene, faults: Faults) -> None:
             faults.add("name", name, f"unique names; it is used {len(keys)} times ({', '.join(keys)})")
     if scene.arms and "stand" not in scene.fixtures:
         faults.add("manipulators", [arm.name for arm in scene.arms], "fixtures to hold the stand they are bolted to")
-    if len(scene.arms) > 1:
-        faults.add("manipulators", [arm.name for arm in scene.arms], "at most one: there is one stand")
     _check_event_names(scene, faults)
+    goals = _goal_names(scene)
+    for name in scene.vary.places if scene.vary is not None else ():
+        if name not in goals:
+            faults.add("vary.places", name, f"a debris or target of the scene: {', '.join(sorted(goals))}")
+
+
+def _goal_names(scene: Scene) -> Set[str]:
+    """Debris and targets, those too that events spawn."""
+    spawned = [event.spawn for event in scene.events if event.spawn is not None]
+    return {thing.name for thing in (*scene.things, *spawned) if thing.kind in GOAL_KINDS}
 
 
 def _check_event_names(scene: Scene, faults: Faults) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry import FloatArray, IntArray
-from yarm.sim.bodies import FramedSolid
-from yarm.sim.noise import FloatImage
+from yarm.sim.engine.bodies import FramedSolid
+from yarm.sim.sensors.noise import FloatImage
 
 ColourImage = npt.NDArray[np.uint32]
 Cloud = npt.NDArray[np.void]
@@ -115,7 +115,7 @@ class SolidSet:
     Attributes:
         items: the solids.
         shapes: (n,) SHAPE_CODES.
-        sizes: (n, 3), metres; see yarm.geometry.urdf.Solid.
+        sizes: (n, 3), metres; see yarm.geometry.solids.Solid.
         colours: (n,) packed 0x00RRGGBB.
     """
 

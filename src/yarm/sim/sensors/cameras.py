@@ -7,8 +7,8 @@ from typing import List, Mapping, Optional
 import numpy as np
 
 from yarm.geometry import FloatArray
-from yarm.sim.bodies import Body, FramedSolid
-from yarm.sim.camera_model import (
+from yarm.sim.engine.bodies import Body, FramedSolid
+from yarm.sim.sensors.camera_model import (
     CLOUD_DTYPE,
     KINECT,
     OVERHEAD_POSITIONS_M,
@@ -20,9 +20,9 @@ from yarm.sim.camera_model import (
     SolidSet,
     overhead_poses,
 )
-from yarm.sim.noise import FloatImage, NormalPool
-from yarm.sim.rays_embree import EmbreeRays
-from yarm.sim.rays_native import NativeRays, library_path
+from yarm.sim.sensors.noise import FloatImage, NormalPool
+from yarm.sim.sensors.rays_embree import EmbreeRays
+from yarm.sim.sensors.rays_native import NativeRays, library_path
 
 
 def best_rays() -> Rays:
@@ -69,7 +69,7 @@ class DepthCamera:
 
 
 class Eyes:
-    """The cell's cameras: overhead 1 to 4, and one on an arm's wrist."""
+    """The cell's cameras: overhead 1 to 4, and one on each arm's wrist."""
 
     def __init__(self, seed: int, noise: bool, rays: Optional[Rays] = None) -> None:
         """Nothing is seen before ``look_at``."""
@@ -103,10 +103,13 @@ class Eyes:
         image = self.overhead_image(camera, transforms)
         return self._overhead[camera - 1].cloud(image, self._normals(KINECT, camera, frame))
 
-    def wrist_cloud(self, T_world_optical: FloatArray, transforms: Mapping[str, FloatArray], frame: int) -> Cloud:
-        """Cloud of the wrist camera in its optical frame."""
+    def wrist_cloud(
+        self, T_world_optical: FloatArray, transforms: Mapping[str, FloatArray], frame: int, arm: int = 0
+    ) -> Cloud:
+        """Cloud of a wrist camera in its optical frame; ``arm`` numbers the arms from 0: each has noise of its own."""
         image = self._wrist.render(T_world_optical, self._all, self._all.poses(transforms))
-        return self._wrist.cloud(image, self._normals(WRIST, 0, frame))
+        number = 0 if arm == 0 else len(self._overhead) + arm
+        return self._wrist.cloud(image, self._normals(WRIST, number, frame))
 
     def _normals(self, model: CameraModel, camera: int, frame: int) -> Optional[FloatImage]:
         return None if self._pool is None else self._pool.take(model.pixels, camera, frame)

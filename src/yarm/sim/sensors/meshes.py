@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry import FloatArray, transform_points
-from yarm.geometry.urdf import Solid
+from yarm.geometry.solids import Solid
 
 CYLINDER_SIDES = 96
 """A cylinder's side is at most r (1 - cos(pi / 96)) = 0.0005 r inside the true one."""

@@ -18,7 +18,9 @@ def axial_sigma(depth_m: FloatImage, incidence_cos: FloatImage) -> FloatImage:
     """Standard deviation, metres, of the depth of a surface.
 
     sigma = 0.0012 + 0.0019 (z - 0.4)^2, and for surfaces seen at more than 60 deg from their normal (theta, taken as
-    at most 85 deg, where the formula still means something) + 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2.
+    at most 85 deg, where the formula still means something) + 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2: the axial
+    noise that C. V. Nguyen, S. Izadi and D. Lovell measured ("Modeling Kinect sensor noise for improved 3D
+    reconstruction and tracking", 3DIMPVT 2012).
 
     Args:
         depth_m: depth along the optical axis z, metres, any shape.
@@ -52,7 +54,7 @@ class NormalPool:
 
 
 def _mixed(word: int) -> int:
-    """A 64-bit hash (SplitMix64's finaliser)."""
+    """A 64-bit hash: SplitMix64's finaliser (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014)."""
     mask = (1 << 64) - 1
     word = (word + 0x9E3779B97F4A7C15) & mask
     word = ((word ^ (word >> 30)) * 0xBF58476D1CE4E5B9) & mask

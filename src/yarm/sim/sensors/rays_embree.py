@@ -15,10 +15,10 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 
 from yarm.geometry import FloatArray
-from yarm.geometry.urdf import Solid
-from yarm.sim.camera_model import FAR, FLOOR_RGB, CameraModel, Cloud, DepthImage, SolidSet
-from yarm.sim.meshes import solid_triangles
-from yarm.sim.noise import FloatImage, axial_sigma
+from yarm.geometry.solids import Solid
+from yarm.sim.sensors.camera_model import FAR, FLOOR_RGB, CameraModel, Cloud, DepthImage, SolidSet
+from yarm.sim.sensors.meshes import solid_triangles
+from yarm.sim.sensors.noise import FloatImage, axial_sigma
 
 NEAR_PLANE_M = 0.05
 Window = Tuple[slice, slice]

@@ -12,8 +12,8 @@ import numpy as np
 
 from yarm.geometry import FloatArray
 from yarm.resources import package_root
-from yarm.sim.camera_model import FLOOR_RGB, CameraModel, Cloud, DepthImage, SolidSet
-from yarm.sim.noise import FloatImage
+from yarm.sim.sensors.camera_model import FLOOR_RGB, CameraModel, Cloud, DepthImage, SolidSet
+from yarm.sim.sensors.noise import FloatImage
 
 LIBRARY = "libyarm_rays.so"
 

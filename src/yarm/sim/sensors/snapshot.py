@@ -11,11 +11,13 @@ import numpy.typing as npt
 from matplotlib import image
 
 from yarm.geometry import FloatArray
-from yarm.geometry.urdf import Solid
-from yarm.sim.bodies import FramedSolid
-from yarm.sim.camera_model import FAR, FLOOR_RGB, CameraModel, SolidSet, looking_at
-from yarm.sim.cameras import DepthCamera, best_rays
-from yarm.sim.world import World
+from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.urdf import LinkSolid
+from yarm.sim.engine.bodies import FramedSolid
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.specs import HALF_CELL_M
+from yarm.sim.sensors.camera_model import FAR, FLOOR_RGB, CameraModel, SolidSet, looking_at
+from yarm.sim.sensors.cameras import DepthCamera, best_rays
 
 EYE_M = (5.3, -5.0, 4.1)
 AIM_M = (-0.05, -0.05, 0.62)
@@ -27,12 +29,11 @@ FLOOR = (0.86, 0.86, 0.85)
 OUTSIDE_FLOOR = (0.80, 0.80, 0.80)
 LINE = (0.68, 0.69, 0.70)
 LINE_HALF_WIDTH_M = 0.008
-HALF_CELL_M = 2.5
 TARGET_COLOUR = (0.10, 0.65, 0.25)
 OVERSAMPLING = 2
 
 
-def draw(world: World, width: int = 1280, height: int = 800) -> npt.NDArray[np.float64]:
+def draw(world: SimWorld, width: int = 1280, height: int = 800) -> npt.NDArray[np.float64]:
     """Picture (height, width, 3), red, green, blue, 0 to 1, of a world; targets are green balls."""
     n = OVERSAMPLING
     camera = DepthCamera(CameraModel(n * width, n * height, math.radians(50.0), 0.05, 30.0), best_rays())
@@ -49,16 +50,16 @@ def draw(world: World, width: int = 1280, height: int = 800) -> npt.NDArray[np.f
     return np.clip(result, 0.0, 1.0)
 
 
-def save(world: World, path: Path) -> None:
+def save(world: SimWorld, path: Path) -> None:
     """Write a picture of a world to a PNG file."""
     image.imsave(str(path), draw(world))
 
 
-def _seen(world: World) -> List[FramedSolid]:
+def _seen(world: SimWorld) -> List[FramedSolid]:
     items = [item for body in world.bodies.values() for item in body.solids]
     for body in world.bodies.values():
-        if body.kind == "Target":
-            ball = Solid("sphere", (0.05,), body.name, np.eye(4), TARGET_COLOUR)
+        if body.kind == ObjectKind.TARGET:
+            ball = LinkSolid("sphere", (0.05,), np.eye(4), body.name, TARGET_COLOUR)
             items.append(FramedSolid(body.name, ball, np.eye(4)))
     return items
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from python.control.control_arm import arm
-from yarm.control.arm_model import ArmKinematics, tool_pose
+from python.control.arm_samples import arm
+from yarm.control.arm.model import ArmKinematics, tool_pose
 
 KINEMATICS = ArmKinematics(arm())
 LIMITS = arm().limits

@@ -12,12 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from python.control.control_arm import arm, planner
-from yarm.control.arm_collision import CELL_BOXES, ArmCollision, Box
-from yarm.control.arm_errors import ArmError
-from yarm.control.arm_model import ArmKinematics, tool_pose
-from yarm.control.arm_motion import along_path, through_corners
-from yarm.control.arm_planner import ArmPlanner
+from python.control.arm_samples import arm, planner
+from yarm.control.arm.collision import ArmCollision
+from yarm.control.arm.errors import ArmError
+from yarm.control.arm.model import ArmKinematics, tool_pose
+from yarm.control.arm.motion import along_path, through_corners
+from yarm.control.arm.planner import ArmPlanner
+from yarm.robots.hc10 import Box, station_boxes
 
 READY = np.array([-0.19, 0.92, 1.51, 0.0, -0.58, 0.19])
 UP = np.array([0.0, 0.0, 1.0])
@@ -55,7 +56,7 @@ def collision_words(q: np.ndarray) -> str:
 
 @pytest.fixture(scope="module")
 def walled() -> ArmPlanner:
-    return ArmPlanner(ArmCollision(arm(), (*CELL_BOXES, WALL)), LIMITS, 0.02, 1)
+    return ArmPlanner(ArmCollision(arm(), (*station_boxes(), WALL)), LIMITS, 0.02, 1)
 
 
 def test_a_move_round_a_wall_is_found_and_free(walled):
@@ -74,11 +75,12 @@ def turned(q: np.ndarray, angle_rad: float) -> np.ndarray:
 
 SEEDED = """
 import numpy as np
-from python.control.test_arm_planning import WALL, at, turned
-from python.control.control_arm import arm
-from yarm.control.arm_collision import CELL_BOXES, ArmCollision
-from yarm.control.arm_planner import ArmPlanner
-planner = ArmPlanner(ArmCollision(arm(), (*CELL_BOXES, WALL)), arm().limits, 0.02, 1)
+from python.control.arm.test_planner import WALL, at, turned
+from python.control.arm_samples import arm
+from yarm.control.arm.collision import ArmCollision
+from yarm.robots.hc10 import station_boxes
+from yarm.control.arm.planner import ArmPlanner
+planner = ArmPlanner(ArmCollision(arm(), (*station_boxes(), WALL)), arm().limits, 0.02, 1)
 start = at(-0.3, 0.0, 1.1)
 for angle in (1.5, 1.8):
     print(planner.plan(start, turned(start, angle), 60.0).tolist())
@@ -86,7 +88,7 @@ for angle in (1.5, 1.8):
 
 
 def test_the_same_seed_gives_the_same_paths_in_every_process():
-    root = Path(__file__).resolve().parents[3]
+    root = Path(__file__).resolve().parents[4]
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(root / "src"), str(root / "test")]))
     outputs = [
         subprocess.run(

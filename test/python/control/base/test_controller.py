@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from yarm.control.base_controller import BaseCommand, BaseController, BaseGoal, Outcome, Stage
-from yarm.control.base_kinematics import full_turn, half_turn
-from yarm.control.base_model import BaseModel, path_deviation
-from yarm.control.base_params import BaseParams
+from yarm.control.base.controller import BaseCommand, BaseController, BaseGoal, Outcome, Stage
+from yarm.control.base.kinematics import full_turn, half_turn
+from yarm.control.base.model import BaseModel, path_deviation
+from yarm.control.base.params import BaseParams
 from yarm.geometry.poses import Pose2
 
 DT_S = 1.0 / 60.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from yarm.control.footprint import box_around, extent_in_cells
+from yarm.control.base.footprint import box_around, extent_in_cells
 from yarm.geometry.grid import GridSpec
 from yarm.geometry.poses import quaternion_from_rpy, transform_matrix
 

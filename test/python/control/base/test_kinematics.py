@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from yarm.control.base_kinematics import (
+from yarm.control.base.kinematics import (
     BODY_CENTRE,
     body_velocity,
     driving_casters,

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from yarm.control.base_params import BaseParams
-from yarm.control.speed_profile import slew, stopping_speed, table_speed
+from yarm.control.base.params import BaseParams
+from yarm.control.base.speed_profile import slew, stopping_speed, table_speed
 
 PARAMS = BaseParams()
 

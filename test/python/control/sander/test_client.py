@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from yarm.control.base_controller import Outcome
-from yarm.control.sander_client import SanderClient
-from yarm.control.sander_states import Button, SanderReport, SanderState
+from yarm.control.base.controller import Outcome
+from yarm.control.sander.client import SanderClient
+from yarm.control.sander.states import Button, SanderReport, SanderState
 
 
 def report(state: int, **rest) -> SanderReport:

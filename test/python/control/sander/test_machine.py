@@ -7,15 +7,17 @@ from typing import Callable, List, Optional, Sequence, Tuple
 import numpy as np
 import pytest
 
-from python.control.control_arm import PART_LOWER, PART_TOP_M, PART_UPPER, TOOL_RADIUS_M, arm, planner, scan
-from yarm.control.arm_collision import ArmCollision, Box
-from yarm.control.arm_errors import ArmError
-from yarm.control.arm_model import tool_pose
-from yarm.control.arm_motion import ArmMotion
-from yarm.control.raster import coverage
-from yarm.control.sander_machine import ArmInputs, DoneJob, SanderMachine
-from yarm.control.sander_params import SanderParams
-from yarm.control.sander_states import Button, SanderState
+from python.control.arm_samples import PART_LOWER, PART_TOP_M, PART_UPPER, TOOL_RADIUS_M, arm, planner, scan
+from yarm.control.arm.collision import ArmCollision
+from yarm.control.arm.errors import ArmError
+from yarm.control.arm.model import tool_pose
+from yarm.control.arm.motion import ArmMotion
+from yarm.control.sander.machine import ArmInputs, SanderMachine
+from yarm.control.sander.params import SanderParams
+from yarm.control.sander.raster import coverage
+from yarm.control.sander.states import Button, SanderState
+from yarm.control.sander.steps import DoneJob
+from yarm.robots.hc10 import Box
 
 TICK_S = 1.0 / 60.0
 ROBOT_ARM_TOP_M = 0.93
@@ -34,6 +36,7 @@ class Cell:
         self.blocked = blocked
         self.motion: Optional[ArmMotion] = None
         self.motion_s = 0.0
+        self.objection = ""
         self.log: List[Tuple[float, np.ndarray, SanderState]] = [(0.0, self.q, self.machine.state)]
 
     def run(
@@ -48,7 +51,7 @@ class Cell:
         end = self.now_s + limit_s
         while self.now_s < end - 1e-9:
             self.now_s += TICK_S
-            inputs = ArmInputs(self.q, self.now_s, presses, axes, switches)
+            inputs = ArmInputs(self.q, self.now_s, presses, axes, switches, self.objection)
             for motion in self.machine.step(inputs):
                 self.motion, self.motion_s = motion, self.now_s
             presses, switches = (), ()
@@ -178,7 +181,7 @@ def test_a_button_without_meaning_is_answered_with_a_reason(state, button):
     cell = Cell()
     if state >= 3:
         cell.teleoperation()
-    if state == 4:
+    if state == SanderState.SCAN_TO_PATH:
         cell.run(1.0, [Button.START], [False])
     cell.run(0.2, [button])
     assert cell.machine.state is SanderState(state)
@@ -321,3 +324,91 @@ def test_reset_is_back_in_storage():
     cell.machine.reset()
     assert cell.machine.state is SanderState.STORAGE
     assert cell.machine.report.presses == 0
+
+
+def stands(cell: Cell, seconds: float) -> bool:
+    """Whether the arm is at rest during some seconds."""
+    before = cell.q.copy()
+    cell.run(seconds)
+    return bool(np.allclose(cell.q, before))
+
+
+def test_an_objection_stops_the_raster_at_once_and_without_it_the_raster_goes_on_where_it_stopped():
+    cell = Cell()
+    cell.sanding(0.2)
+    stopped = cell.tip()
+    cell.objection = "stands: nothing heard from commander yet"
+    cell.run(0.3)
+    assert np.linalg.norm(cell.tip() - stopped) < 0.02
+    assert stands(cell, 3.0)
+    assert cell.tip()[2] < PART_TOP_M + 0.003
+    assert cell.machine.report.reason == "stands: nothing heard from commander yet"
+    assert not cell.machine.report.moving
+    progress = cell.machine.progress
+    cell.objection = ""
+    cell.run(0.1)
+    assert cell.run(90.0, until=lambda: cell.machine.progress > progress + 0.01)
+    assert cell.machine.progress < progress + 0.02
+    assert cell.machine.report.reason == ""
+
+
+def test_an_objection_keeps_a_paused_arm_paused_whatever_is_switched_on():
+    cell = Cell()
+    cell.sanding(0.1)
+    cell.run(4.0, switches=[False])
+    cell.objection = "stands"
+    cell.run(0.1, switches=[True])
+    assert stands(cell, 2.0)
+    cell.objection = ""
+    assert cell.run(5.0, until=lambda: cell.tip()[2] < PART_TOP_M + 0.003)
+
+
+@pytest.mark.parametrize(
+    ("state", "end"),
+    [
+        (SanderState.SCANNING, SanderState.TELEOPERATION),
+        (SanderState.MOVE_TO_PART, SanderState.TELEOPERATION),
+        (SanderState.SCAN_TO_PATH, SanderState.SCAN_TO_PATH),
+        (SanderState.MOVE_TO_STORAGE, SanderState.STORAGE),
+    ],
+)
+def test_an_objection_in_any_state_stops_the_arm_twice_and_it_still_gets_there(state, end):
+    cell = Cell(spacing_m=0.2)
+    machine = cell.machine
+    if state in (SanderState.SCANNING, SanderState.MOVE_TO_PART):
+        presses = [Button.ADVANCE]
+    else:
+        cell.teleoperation()
+        presses = [Button.START if state is SanderState.SCAN_TO_PATH else Button.STORE]
+    assert cell.run(60.0, presses, until=lambda: machine.state is state and machine.moving)
+    for _ in range(2):
+        cell.run(0.5)
+        cell.objection = "stands"
+        cell.run(0.3)
+        assert stands(cell, 1.0)
+        cell.objection = ""
+    assert cell.run(120.0, until=lambda: machine.state is end and not machine.moving), machine.report
+
+
+def test_an_objection_while_the_tool_is_lifted_for_storage_does_not_forget_the_storage():
+    cell = Cell()
+    cell.sanding(0.05)
+    cell.run(0.4, [Button.STORE])
+    assert cell.machine.state is SanderState.SCAN_TO_PATH
+    for _ in range(2):
+        cell.objection = "stands"
+        cell.run(0.5)
+        cell.objection = ""
+        cell.run(0.1)
+    assert cell.run(60.0, until=lambda: cell.machine.state is SanderState.STORAGE)
+
+
+def test_an_objection_stops_teleoperation_and_the_axes_must_be_pushed_again():
+    cell = Cell()
+    cell.teleoperation()
+    cell.run(0.5, axes=(0.0, 0.0, -1.0, 0.0))
+    cell.objection = "stands"
+    cell.run(0.05, axes=(0.0, 0.0, -1.0, 0.0))
+    assert stands(cell, 0.5)
+    cell.objection = ""
+    assert stands(cell, 0.3)

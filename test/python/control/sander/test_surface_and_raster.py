@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from python.control.control_arm import PART_LOWER, PART_TOP_M, PART_UPPER, TOOL_RADIUS_M, scan
-from yarm.control.arm_errors import ArmError
-from yarm.control.raster import coverage, lay_raster
-from yarm.control.surface import Surface, fit_surface
+from python.control.arm_samples import PART_LOWER, PART_TOP_M, PART_UPPER, TOOL_RADIUS_M, scan
+from yarm.control.arm.errors import ArmError
+from yarm.control.sander.raster import coverage, lay_raster
+from yarm.control.sander.surface import Surface, fit_surface
 
 LEVEL = Surface(np.array([PART_TOP_M, 0, 0, 0, 0, 0]), PART_LOWER, PART_UPPER)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from yarm.experiments import missions
-from yarm.experiments.writers import CUT_SHORT, is_finished
+from yarm.experiments.run import missions
+from yarm.experiments.run.writers import CUT_SHORT, is_finished
 
 
 def leave_results(own: Path, success: bool) -> None:

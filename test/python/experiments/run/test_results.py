@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from python.experiments.support_runs import SPEC, START_S, TOUCH, good_run
-from yarm.experiments.cases import CASES, case_of
-from yarm.experiments.plots import PLOTS, plot_run
-from yarm.experiments.record import NodeUsage, RunInfo, RunRecord
-from yarm.experiments.tables import markdown_table, summary_table
-from yarm.experiments.writers import FILES, write_run
+from python.experiments.run_samples import SPEC, START_S, TOUCH, good_run
+from yarm.experiments.run.cases import CASES, case_of
+from yarm.experiments.run.plots import PLOTS, plot_run
+from yarm.experiments.run.record import NodeUsage, RunInfo, RunRecord
+from yarm.experiments.run.tables import markdown_table, summary_table
+from yarm.experiments.run.writers import FILES, write_run
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -24,8 +24,22 @@ def made_up_record(spoilt: bool = False) -> RunRecord:
     if spoilt:
         recorder.contacts(START_S + 1.0, [TOUCH])
     info = RunInfo(
-        "1m1ma", 3, "boundless", "succeeded", "", 12.0, 15.0, 0.8, 360, {"physics": 4.5}, {"python": "3"}, {"a": [1]}
+        "1m1ma",
+        3,
+        "boundless",
+        "succeeded",
+        "",
+        12.0,
+        15.0,
+        0.8,
+        360,
+        {"physics": 4.5},
+        {"python": "3"},
+        {"a": [1]},
+        {"ankurbot_1": {"x": 2.0, "y": 1.5, "heading_deg": 170.0}},
     )
+    recorder.step(safe=True)
+    recorder.step(safe=False)
     usage = [NodeUsage("commander", 0.2, 6.7, 80.0, 81.0), NodeUsage("simulation", 0.9, 30.0, 300.0, 301.0)]
     return recorder.finish(info, case_of("1m1ma"), 0.12, usage)
 
@@ -54,7 +68,9 @@ def test_the_summary_holds_what_was_promised(tmp_path: Path) -> None:
     assert summary["real_time_factor"] == 0.8
     assert summary["pauses"] == [{"manipulator": "hc10_barc", "start_s": 6.0, "end_s": 9.0}]
     assert [node["node"] for node in summary["nodes"]] == ["simulation", "commander"]
-    assert list(summary)[-2:] == ["versions", "parameters"]
+    assert summary["steps"] == {"planned": 2, "refused": 1}
+    assert summary["layout"]["ankurbot_1"] == {"x": 2.0, "y": 1.5, "heading_deg": 170.0}
+    assert list(summary)[-3:] == ["layout", "versions", "parameters"]
 
 
 def test_a_failed_run_says_so_everywhere(tmp_path: Path) -> None:
@@ -70,7 +86,16 @@ def test_a_failed_run_says_so_everywhere(tmp_path: Path) -> None:
 
 def test_the_summary_table_names_times_nodes_and_pauses() -> None:
     text = summary_table(made_up_record())
-    for piece in ("SUCCESS", "ankurbot_1", "debris_1", "7.0/11.9", "hc10_barc 6.0-9.0 s", "simulation", "90 %"):
+    for piece in (
+        "SUCCESS",
+        "ankurbot_1",
+        "debris_1",
+        "7.0/11.9",
+        "hc10_barc 6.0-9.0 s",
+        "simulation",
+        "90 %",
+        "checker: 1 of 2",
+    ):
         assert piece in text
 
 
@@ -83,7 +108,7 @@ def test_a_run_without_anything_can_be_written_and_drawn(tmp_path: Path) -> None
 
 
 def test_every_published_case_is_there() -> None:
-    assert set(CASES) - {"soak"} == {"1m1ma", "2m1ma", "3m", "single", "1m1ma_target"}
+    assert set(CASES) - {"soak"} == {"1m1ma", "2m1ma", "2m2ma", "3m", "single", "1m1ma_target"}
     assert CASES["1m1ma"].min_pauses == 1
     assert CASES["2m1ma"].min_replans == 1
 

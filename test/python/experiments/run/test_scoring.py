@@ -7,10 +7,10 @@ from typing import Callable
 
 import pytest
 
-from python.experiments.support_runs import SPEC, START_S, TOUCH, drive, good_run, plan_sample
-from yarm.experiments.cases import Case
-from yarm.experiments.record import RunInfo, RunRecord
-from yarm.experiments.recorder import ContactSample, Recorder, TaskSample
+from python.experiments.run_samples import SPEC, START_S, TOUCH, drive, good_run, plan_sample
+from yarm.experiments.run.cases import Case
+from yarm.experiments.run.record import RunInfo, RunRecord
+from yarm.experiments.run.recorder import ContactSample, Recorder, TaskSample
 
 CASE = Case("made_up", "for tests", min_pauses=1)
 DONE = RunInfo("made_up", 1, "boundless", outcome="succeeded", sim_s=12.0)
@@ -107,6 +107,14 @@ def test_expected_pauses_and_replans_must_happen() -> None:
         "the manipulator paused 0 times, 1 expected",
         "paths changed 0 times under way, 2 expected",
     )
+
+
+def test_where_everybody_has_something_to_reach_a_robot_that_reached_nothing_is_a_fault() -> None:
+    recorder = Recorder(SPEC, ["ankurbot_1", "ankurbot_2"], START_S)
+    drive(recorder, "ankurbot_1", "debris_1", (0.7, 1.9), (-0.15, 0.25))
+    assert scored(recorder, case=Case("x", "")).success
+    record = scored(recorder, case=Case("x", "", everybody=True))
+    assert record.faults == ("ankurbot_2 reached nothing: in this case every robot has something to reach",)
 
 
 def test_a_changed_path_is_a_replan_and_the_rest_of_the_old_one_is_not() -> None:

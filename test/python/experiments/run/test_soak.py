@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from python.experiments.support_runs import SPEC, START_S, good_run
-from yarm.experiments.cases import CASES, Case
-from yarm.experiments.record import NodeUsage, RunInfo
-from yarm.experiments.recorder import Recorder, TaskSample
-from yarm.experiments.soak import PART_X_M, PART_Y_M, MissionRow, drops, judge_soak, soak_line
+from python.experiments.run_samples import SPEC, START_S, good_run
+from yarm.experiments.run.cases import CASES, Case
+from yarm.experiments.run.record import NodeUsage, RunInfo
+from yarm.experiments.run.recorder import Recorder, TaskSample
+from yarm.experiments.run.soak import PART_X_M, PART_Y_M, MissionRow, drops, judge_soak, soak_line
 
 ROW = MissionRow(0, 0.0, 20.0, "debris_0000_1", 1, 0, 0, 600.0)
 NODE = NodeUsage("perception", 0.1, 3.0, 60.0, 104.0, 100.0)

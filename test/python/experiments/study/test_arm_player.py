@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from yarm.control.arm_model import ArmDescription, ArmKinematics, load_arm
-from yarm.control.raster import coverage
-from yarm.control.sander_params import SanderParams
-from yarm.experiments.arm_player import LIFT_S, STOP_S, ArmModel, ArmPlayer, ArmTrack
-from yarm.experiments.arm_track import plan_track
+from yarm.control.arm.model import ArmDescription, ArmKinematics, load_arm
+from yarm.control.sander.params import SanderParams
+from yarm.control.sander.raster import coverage
+from yarm.experiments.study.arm_player import LIFT_S, STOP_S, ArmModel, ArmPlayer, ArmTrack
+from yarm.experiments.study.arm_track import plan_track
 
 STEP_S = 1.0 / 60.0
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from yarm.control.base_controller import Outcome
-from yarm.experiments.clearance import (
+from yarm.control.base.controller import Outcome
+from yarm.experiments.study.clearance import (
     ANKURBOT,
     FAR_M,
     Upright,
@@ -18,14 +18,13 @@ from yarm.experiments.clearance import (
     distance,
     flat_distance,
     points_distance,
-    surface_points,
 )
-from yarm.experiments.kinematic import FIXTURES, KinematicWorld, solid_cells
+from yarm.experiments.study.kinematic import FIXTURES, KinematicWorld, solid_cells
 from yarm.geometry import GridSpec, Pose2
 from yarm.geometry.urdf import expand_xacro, parse_urdf
-from yarm.planning.shapes import ankurbot_mask
 from yarm.resources import resource
-from yarm.sim.scene import load_scene
+from yarm.robots.ankurbot import ankurbot_mask
+from yarm.sim.scenes.scene import load_scene
 
 SPEC = GridSpec()
 number = st.floats(-2.0, 2.0)
@@ -40,8 +39,8 @@ def dense_points(solid: Upright) -> np.ndarray:
         x, y = (r * np.cos(a)).ravel(), (r * np.sin(a)).ravel()
     else:
         x, y = (v.ravel() for v in np.meshgrid(*(np.linspace(-h, h, n) for h in solid.half)))
-    c, s = math.cos(solid.center.yaw_rad), math.sin(solid.center.yaw_rad)
-    flat = np.column_stack([solid.center.x + c * x - s * y, solid.center.y + s * x + c * y])
+    c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
+    flat = np.column_stack([solid.centre.x + c * x - s * y, solid.centre.y + s * x + c * y])
     return np.concatenate([np.column_stack([flat, np.full(len(flat), z)]) for z in np.linspace(*solid.z, 25)])
 
 
@@ -74,22 +73,11 @@ def test_distances_by_hand() -> None:
     assert flat_distance([table], 0.0, 0.0) == pytest.approx(-0.45)
 
 
-def test_surface_points_lie_on_every_link_of_the_arm_and_leave_no_gap() -> None:
-    model = parse_urdf(expand_xacro(resource("urdf", "hc10.urdf.xacro")))
-    for solid in model.solids:
-        points = surface_points(solid, 0.03)
-        local = (points - solid.T_link_solid[:3, 3]) @ solid.T_link_solid[:3, :3]
-        assert np.all(np.abs(local) <= solid.half_extent + 1e-9)
-        apart = np.linalg.norm(points[:, None] - points[None], axis=2)
-        np.fill_diagonal(apart, np.inf)
-        assert apart.min(axis=1).max() <= 0.035
-
-
 def test_the_robot_has_the_same_cells_here_as_in_planning() -> None:
     pose = Pose2(0.33, 0.41, 0.7)
     column = SPEC.column_of((pose.x, pose.y))
-    center = SPEC.column_center(column)
-    mask = ankurbot_mask(SPEC, pose.yaw_rad, (pose.x - center[0], pose.y - center[1]))
+    centre = SPEC.column_centre(column)
+    mask = ankurbot_mask(SPEC, pose.yaw_rad, (pose.x - centre[0], pose.y - centre[1]))
     planned = {tuple(cell) for cell in mask.at(column)}
     points = np.concatenate([dense_points(solid.at(pose)) for solid in ANKURBOT])
     cells, inside = SPEC.cells_of(points)
@@ -100,13 +88,13 @@ def test_the_robot_has_the_same_cells_here_as_in_planning() -> None:
 
 @pytest.mark.parametrize("name", sorted(FIXTURES))
 def test_fixtures_are_those_of_the_robot_description(name: str) -> None:
-    model = parse_urdf(expand_xacro(resource("urdf", "cell.urdf.xacro"), part=name))
+    model = parse_urdf(expand_xacro(resource("urdf", "cell", "cell.urdf.xacro"), part=name))
     assert len(model.solids) == len(FIXTURES[name])
     for solid, ours in zip(model.solids, FIXTURES[name]):
         _, pose = model.rigid_group(solid.link)
-        center = (pose @ solid.T_link_solid)[:3, 3]
-        assert (ours.center.x, ours.center.y) == pytest.approx(tuple(center[:2]))
-        assert ours.z == pytest.approx((center[2] - solid.size[2] / 2, center[2] + solid.size[2] / 2))
+        centre = (pose @ solid.pose)[:3, 3]
+        assert (ours.centre.x, ours.centre.y) == pytest.approx(tuple(centre[:2]))
+        assert ours.z == pytest.approx((centre[2] - solid.size[2] / 2, centre[2] + solid.size[2] / 2))
         assert (2 * ours.half[0], 2 * ours.half[1]) == pytest.approx(solid.size[:2])
 
 
@@ -114,6 +102,14 @@ def test_the_table_fills_its_cells() -> None:
     cells = solid_cells(SPEC, FIXTURES["table"])
     assert {tuple(c) for c in cells[cells[:, 2] == 5]} == {(x, y, 5) for x in range(20, 30) for y in range(19, 31)}
     assert cells[:, 2].max() == 11
+
+
+def test_stations_stand_where_the_scene_puts_them() -> None:
+    statics = KinematicWorld(load_scene("2m2ma"), SPEC).statics
+    assert set(statics) == {"table", "stand", "hc10_barc_2_table", "hc10_barc_2_stand"}
+    ((stand,), (_, part)) = statics["hc10_barc_2_stand"], statics["hc10_barc_2_table"]
+    assert (stand.centre.x, stand.centre.y) == pytest.approx((2.1, -1.1))
+    assert (part.centre.x, part.centre.y) == pytest.approx((1.25, -1.1))
 
 
 def run_until_done(world: KinematicWorld, limit_s: float) -> None:
@@ -151,8 +147,8 @@ def test_a_request_shows_robots_and_fixtures() -> None:
     world = KinematicWorld(load_scene("1m1ma_target"), SPEC)
     request = world.request({"ankurbot_1": "target_1"})
     (robot,) = request.robots
-    assert np.all(request.grid[tuple(robot.cells.T)] == 1)
-    assert request.grid[25, 25, 5] == 1
+    assert not request.occupied[tuple(robot.cells.T)].any()
+    assert request.occupied[25, 25, 5]
     assert request.goals["target_1"].column == SPEC.column_of((-1.9, -1.6))
     assert set(request.objects) == {"table", "stand"}
     assert world.free_at(world.robots["ankurbot_1"].pose, besides="ankurbot_1")

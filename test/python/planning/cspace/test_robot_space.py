@@ -13,12 +13,12 @@ from hypothesis.extra.numpy import arrays
 
 from python.planning.samples import SMALL, arm, block, request, robot
 from yarm.geometry import Mask
-from yarm.planning.bitboard import Layout, dilated
-from yarm.planning.checker import sweep_of
-from yarm.planning.cspace import RobotSpace, ShapeCache, View, headings_from, with_margin
-from yarm.planning.footprint import Shape, border_for
-from yarm.planning.types import Waypoint
-from yarm.planning.world import World, turns_of
+from yarm.planning.cspace.cell_sets import Layout, dilated
+from yarm.planning.cspace.footprint import Shape, border_for
+from yarm.planning.cspace.robot_space import RobotSpace, ShapeCache, View, headings_from, with_margin
+from yarm.planning.fleet.problem import PlanningProblem, turns_of
+from yarm.planning.model.types import Waypoint
+from yarm.planning.verification.checker import sweep_of
 
 QUARTERS = turns_of((0.0, 90.0, -90.0))
 CELLS = st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(0, 3)), min_size=1, max_size=8)
@@ -29,9 +29,9 @@ def cells_of(array: np.ndarray) -> Set[Tuple[int, ...]]:
 
 
 def space_of(mask: Mask, occupied: np.ndarray, column: Tuple[int, int], yaw: float = 0.0) -> RobotSpace:
-    world = World.of(request(SMALL, occupied, [robot("r", column, mask, yaw)]), QUARTERS, ShapeCache())
-    assert world is not None
-    return world.spaces[0]
+    problem = PlanningProblem.of(request(SMALL, occupied, [robot("r", column, mask, yaw)]), QUARTERS, ShapeCache())
+    assert problem is not None
+    return problem.spaces[0]
 
 
 @settings(max_examples=60, deadline=None)
@@ -39,7 +39,7 @@ def space_of(mask: Mask, occupied: np.ndarray, column: Tuple[int, int], yaw: flo
 def test_blocked_columns_are_those_where_a_cell_is_taken(cells: list, occupied: np.ndarray) -> None:
     mask = Mask(np.unique(np.array(cells), axis=0))
     layout = Layout(SMALL.shape, border_for([mask]))
-    image = layout.image_of_board(Shape.of_mask(mask, layout).blocked_by(layout.layers_of_grid(occupied)))
+    image = layout.image_of_set(Shape.of_mask(mask, layout).blocked_by(layout.set_of_grid(occupied)))
     for x in range(SMALL.shape[0]):
         for y in range(SMALL.shape[1]):
             at = mask.at((x, y))
@@ -54,43 +54,57 @@ def test_a_line_is_free_exactly_when_its_sweep_is(cells: list, a: Tuple[int, int
     rng = np.random.default_rng(len(cells) + 100 * a[0] + b[1])
     occupied = rng.random(SMALL.shape) < 0.02
     space = space_of(mask, occupied, a)
-    swept = space.layout.cells_of_layers(space.swept((*a, 0), (*b, 0)))
-    grown = with_margin(
-        space.layout.layers_of_grid(occupied), space.layout.layers_of_cells(mask.at(a)), space.layout.stride
+    swept = space.layout.cells_of_set(space.swept((*a, 0), (*b, 0)))
+    inflated = with_margin(
+        space.layout.set_of_grid(occupied), space.layout.set_of_cells(mask.at(a)), space.layout.stride
     )
-    touches = bool(cells_of(swept) & cells_of(space.layout.cells_of_layers(grown)))
+    touches = bool(cells_of(swept) & cells_of(space.layout.cells_of_set(inflated)))
     assert View(space, ()).line(*a, *b, 0) == (not touches)
+
+
+@settings(max_examples=60, deadline=None)
+@given(CELLS, st.integers(1, 3), st.sampled_from([0.0, math.pi / 2, 1.0, 2 * math.pi]))
+def test_a_turn_from_a_right_angle_is_that_of_the_mask_turned_there(cells: list, quarters: int, angle: float) -> None:
+    here = np.unique(np.array(cells), axis=0)
+    there = here.copy()
+    for _ in range(quarters):
+        there[:, :2] = np.stack([-there[:, 1], there[:, 0]], axis=-1)
+    layout = Layout(SMALL.shape, border_for([Mask(here)]))
+    given_turned = Shape.of_mask(Mask(there), layout).turned(0.0, angle, SMALL.resolution)
+    turned = Shape.of_mask(Mask(here), layout).turned(quarters * math.pi / 2, angle, SMALL.resolution)
+    assert turned.cell_set == given_turned.cell_set
 
 
 @pytest.mark.parametrize("angle", [90.0, -90.0, 37.0])
 @pytest.mark.parametrize("mask", [arm(6), block(2, 1)], ids=["arm", "block"])
 def test_a_move_sweeps_what_the_independent_checker_says(mask: Mask, angle: float) -> None:
     one = robot("r", (8, 6), mask)
-    world = World.of(request(SMALL, np.zeros(SMALL.shape, bool), [one]), turns_of((0.0, angle)), ShapeCache())
-    assert world is not None
-    space = world.spaces[0]
+    ask = request(SMALL, np.zeros(SMALL.shape, bool), [one])
+    problem = PlanningProblem.of(ask, turns_of((0.0, angle)), ShapeCache())
+    assert problem is not None
+    space = problem.spaces[0]
     h = min(range(len(space.headings)), key=lambda i: abs(math.remainder(space.headings[i] - math.radians(angle), 7)))
-    mine = cells_of(space.layout.cells_of_layers(space.swept((8, 6, 0), (10, 7, h))))
+    mine = cells_of(space.layout.cells_of_set(space.swept((8, 6, 0), (10, 7, h))))
     ask = request(SMALL, np.zeros(SMALL.shape, bool), [one])
     swept = sweep_of(ask, one, Waypoint((10, 7), space.headings[h])).cells
     theirs = cells_of(swept[SMALL.contains(swept)])
     assert theirs <= mine
     if abs(angle) == 90.0:
         assert len(mine - theirs) <= 0.03 * len(theirs)
-    grown = dilated(space.layout.layers_of_cells(swept), space.layout.stride)
-    assert mine <= cells_of(space.layout.cells_of_layers(grown))
+    inflated = dilated(space.layout.set_of_cells(swept), space.layout.stride)
+    assert mine <= cells_of(space.layout.cells_of_set(inflated))
 
 
 def test_all_quarter_turns_come_from_one_sweep() -> None:
     cache = ShapeCache()
     one = robot("r", (8, 6), arm(5), 30.0)
-    world = World.of(request(SMALL, np.zeros(SMALL.shape, bool), [one]), QUARTERS, cache)
-    assert world is not None
-    space = world.spaces[0]
+    problem = PlanningProblem.of(request(SMALL, np.zeros(SMALL.shape, bool), [one]), QUARTERS, cache)
+    assert problem is not None
+    space = problem.spaces[0]
     assert len(space.headings) == 4
     direct = space.shape0.turned(-math.pi / 2, math.pi / 2, SMALL.resolution)
     k = next(k for k in range(4) if abs(math.remainder(space.headings[k] - one.yaw_rad + math.pi / 2, 7)) < 1e-6)
-    assert space.turn_shape(0, k).layers == direct.layers
+    assert space.turn_shape(0, k).cell_set == direct.cell_set
 
 
 def test_the_border_has_no_margin_and_a_robot_outside_may_only_come_in() -> None:
@@ -117,16 +131,16 @@ def test_what_is_beside_the_robot_already_keeps_no_margin_but_stays_an_obstacle(
 
 def test_another_robot_keeps_its_margin_wherever_it_stands() -> None:
     robots = [robot("a", (2, 2), block(2, 2)), robot("b", (10, 6), arm(4))]
-    world = World.of(request(SMALL, np.zeros(SMALL.shape, bool), robots), QUARTERS, ShapeCache())
-    assert world is not None
-    a, b = world.spaces
+    problem = PlanningProblem.of(request(SMALL, np.zeros(SMALL.shape, bool), robots), QUARTERS, ShapeCache())
+    assert problem is not None
+    a, b = problem.spaces
     for pose in ((9, 5, 0), (6, 3, 1), (12, 8, 2)):
         view = View(a, [(b, pose)])
         stride = a.layout.stride
-        grown = dilated(b.shape(pose[2]).at(pose[:2]), stride)
+        inflated = dilated(b.shape(pose[2]).at(pose[:2]), stride)
         for x in range(15):
             for y in range(11):
-                free = not any(p & q for p, q in zip(a.shape0.at((x, y)), grown))
+                free = not any(p & q for p, q in zip(a.shape0.at((x, y)), inflated))
                 assert view.stands((x, y, 0)) == free
 
 
@@ -143,8 +157,10 @@ def test_forbidden_columns_may_not_be_entered_but_may_be_left() -> None:
     forbidden = np.zeros(SMALL.shape[:2], bool)
     forbidden[6:] = True
     robots = [robot("r", (6, 5), block(1, 1))]
-    world = World.of(request(SMALL, np.zeros(SMALL.shape, bool), robots, forbidden=forbidden), QUARTERS, ShapeCache())
-    assert world is not None
-    view = View(world.spaces[0], ())
+    problem = PlanningProblem.of(
+        request(SMALL, np.zeros(SMALL.shape, bool), robots, forbidden=forbidden), QUARTERS, ShapeCache()
+    )
+    assert problem is not None
+    view = View(problem.spaces[0], ())
     assert view.line(6, 5, 2, 5, 0)
     assert not view.stands((7, 5, 0))

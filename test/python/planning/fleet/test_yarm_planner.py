@@ -12,12 +12,14 @@ import pytest
 from python.planning.samples import arm, block, request, robot, walls
 from yarm.geometry import GridSpec, Mask, wrap_angle
 from yarm.params import ParamError
-from yarm.planning.checker import check_step
-from yarm.planning.instances import FAMILIES, make_instance
-from yarm.planning.params import PlannerParams
-from yarm.planning.stepping import step_to_end
-from yarm.planning.types import FleetPlan, Goal, PlanRequest, PlanStatus, Robot, Waypoint
-from yarm.planning.yarm_planner import YarmPlanner
+from yarm.planning.fleet.yarm_planner import YarmPlanner
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import FleetPlan, Goal, PlanRequest, PlanStatus, Robot, Waypoint
+from yarm.planning.roadmap import graph
+from yarm.planning.roadmap.roadmap import even_roadmap
+from yarm.planning.scenes.instances import FAMILIES, make_instance
+from yarm.planning.scenes.stepping import step_to_end
+from yarm.planning.verification.checker import check_step
 
 SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
 OPEN = np.zeros(SPEC.shape, dtype=bool)
@@ -78,6 +80,20 @@ def test_a_free_way_is_one_straight_step() -> None:
     robots, steps = run([robot("a", (2, 3), block(2, 2))], targets(t=(25, 19)))
     assert columns(robots) == {"a": (25, 19)}
     assert steps == 1
+
+
+def test_a_straight_plan_makes_no_graph_until_it_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: List[int] = []
+    real = graph.Delaunay
+    monkeypatch.setattr(graph, "Delaunay", lambda points: made.append(len(points)) or real(points))
+    even_roadmap.cache_clear()
+    ask = request(SPEC, OPEN, [robot("a", (2, 3), block(2, 2))], targets(t=(25, 19)))
+    plan = plan_once(ask, YarmPlanner(PlannerParams(particles=40)))
+    assert plan.status is PlanStatus.SOLVED
+    assert made == []
+    assert len(plan.graph.particles) == 40
+    assert plan.graph.edges.max() == 39
+    assert made == [40]
 
 
 def test_robots_far_apart_move_at_the_same_time() -> None:
@@ -194,7 +210,7 @@ def test_a_robot_inside_something_is_an_invalid_start() -> None:
 def test_requests_that_make_no_sense_are_refused_with_a_reason() -> None:
     one = robot("a", (5, 5), block(1, 1))
     ask = request(SPEC, OPEN, [one], targets(t=(20, 5)))
-    assert "grid of shape" in plan_once(replace(ask, grid=np.zeros((3, 3, 3), dtype=np.int8))).reason
+    assert "map of shape" in plan_once(replace(ask, occupied=np.zeros((3, 3, 3), dtype=bool))).reason
     assert "unique" in plan_once(replace(ask, robots=(one, one))).reason
     assert "not there" in plan_once(replace(ask, assignments={"z": "t"})).reason
     assert plan_once(replace(ask, robots=(), assignments={})).status is PlanStatus.SOLVED

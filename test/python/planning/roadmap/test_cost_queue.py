@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from yarm.planning.cost_queue import CostQueue
+from yarm.planning.roadmap.cost_queue import CostQueue
 
 COSTS = st.lists(st.floats(-1e6, 1e6), max_size=60)
 

@@ -1,20 +1,20 @@
+"""Particles: every column once, even from the first to the last, denser where free space is narrow."""
+
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
-from yarm.planning.graph import delaunay_edges, nearest, nearest_edges, neighbours_of
-from yarm.planning.particles import (
+from yarm.planning.cspace.cell_sets import Layout
+from yarm.planning.roadmap.particles import (
     cell_order,
-    largest_pocket,
     moved_order,
     narrow_columns,
-    narrow_particles,
     random_particles,
     threshold_particles,
 )
+from yarm.planning.roadmap.roadmap import even_roadmap
 
 SHAPE = (50, 50)
 
@@ -27,10 +27,16 @@ def test_the_order_holds_every_column_once(shape: tuple) -> None:
     assert np.all((order >= 0) & (order < shape))
 
 
+def largest_pocket(particles: np.ndarray) -> float:
+    """Radius, cells, of the largest circle around a column that holds no particle."""
+    distances, _ = cKDTree(particles).query(np.argwhere(np.ones(SHAPE, dtype=bool)))
+    return float(distances.max())
+
+
 @pytest.mark.parametrize("count", [20, 100, 333, 1000])
 def test_every_beginning_of_the_order_is_more_even_than_a_random_draw(count: int) -> None:
-    even = largest_pocket(cell_order(SHAPE)[:count], SHAPE)
-    drawn = [largest_pocket(random_particles(count, SHAPE, np.random.default_rng(s)), SHAPE) for s in range(20)]
+    even = largest_pocket(cell_order(SHAPE)[:count])
+    drawn = [largest_pocket(random_particles(count, SHAPE, np.random.default_rng(s))) for s in range(20)]
     assert even < np.median(drawn) if count == 20 else even < min(drawn)
 
 
@@ -50,22 +56,16 @@ def test_narrow_places_get_more_particles() -> None:
     free = np.ones(SHAPE, dtype=bool)
     free[20:30, :20] = False
     free[20:30, 25:] = False
-    narrow = narrow_columns(free)
+    layout = Layout((*SHAPE, 1), 8)
+    narrow = layout.image_of_set(narrow_columns(layout.set_of_image(free), layout.stride))
     assert narrow[20:30, 22].all()
     assert not narrow[10, 10]
-    order = cell_order(SHAPE)
-    added = narrow_particles(order, 333, narrow, 3.0)
+    roadmap = even_roadmap(SHAPE, 333, 0, 3.0).denser(lambda columns: narrow[columns[:, 0], columns[:, 1]])
+    assert roadmap.nearest((25, 22), 1), "asking for columns in use is what chooses the further ones"
+    first, added = roadmap.particles[:333], roadmap.particles[333:]
     assert narrow[added[:, 0], added[:, 1]].all()
-    in_gap = int(narrow[order[:333, 0], order[:333, 1]].sum())
-    assert len(added) > in_gap
-    together = np.concatenate([order[:333], added])
-    assert len(np.unique(together, axis=0)) == len(together)
-
-
-def test_added_particles_are_joined_with_their_nearest() -> None:
-    edges = nearest_edges(np.array([(0, 0), (9, 9), (1, 0), (2, 0)]), 2, 2)
-    assert edges.tolist() == [[0, 2], [0, 3], [2, 3]]
-    assert len(nearest_edges(np.array([(0, 0), (9, 9)]), 2, 2)) == 0
+    assert len(added) > int(narrow[first[:, 0], first[:, 1]].sum())
+    assert len(np.unique(roadmap.particles, axis=0)) == len(roadmap.particles)
 
 
 def test_the_threshold_of_the_original() -> None:
@@ -74,32 +74,14 @@ def test_the_threshold_of_the_original() -> None:
         threshold_particles((50, 50, 20), 0.0)
 
 
-@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), unique=True, max_size=40))
-def test_the_graph_is_connected_whatever_the_particles(columns: list) -> None:
-    points = np.array(columns, dtype=np.int64).reshape(-1, 2)
-    edges = delaunay_edges(points)
-    assert np.all(edges[:, 0] < edges[:, 1])
-    neighbours = neighbours_of(len(points), edges)
-    reached, stack = set(), [0] if len(points) else []
-    while stack:
-        i = stack.pop()
-        if i not in reached:
-            reached.add(i)
-            stack.extend(neighbours[i])
-    assert len(reached) == len(points)
-
-
-def test_particles_on_a_line_make_a_chain() -> None:
-    edges = delaunay_edges(np.array([(3, 3), (1, 1), (2, 2), (0, 0)]))
-    assert edges.tolist() == [[0, 2], [1, 2], [1, 3]]
-
-
-def test_triangles_meet_only_at_their_edges() -> None:
-    edges = delaunay_edges(np.array([(0, 0), (4, 0), (0, 4), (5, 5)]))
-    assert edges.tolist() in ([[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]], [[0, 1], [0, 2], [0, 3], [1, 3], [2, 3]])
-
-
-def test_nearest_come_nearest_first() -> None:
-    points = np.array([(0, 0), (5, 5), (1, 0), (9, 9)])
-    assert nearest(points, (0, 0), 3) == (0, 2, 1)
-    assert nearest(points, (0, 0), 99) == (0, 2, 1, 3)
+def test_narrow_is_what_the_definition_says_whatever_is_free() -> None:
+    for seed in range(20):
+        free = np.random.default_rng(seed).random((9, 7)) < 0.7
+        layout = Layout((9, 7, 1), 8)
+        found = layout.image_of_set(narrow_columns(layout.set_of_image(free), layout.stride, 2))
+        padded = np.pad(~free, 2, constant_values=True)
+        for x, y in np.argwhere(free) + 2:
+            along_x = padded[x - 2 : x, y].any() and padded[x + 1 : x + 3, y].any()
+            along_y = padded[x, y - 2 : y].any() and padded[x, y + 1 : y + 3].any()
+            assert found[x - 2, y - 2] == (along_x or along_y), (seed, x, y)
+        assert not (found & ~free).any()

@@ -13,20 +13,32 @@ from scipy import ndimage
 
 from python.planning.samples import arm, block, request, robot, walls
 from yarm.geometry import GridSpec, Mask
-from yarm.planning.cspace import ShapeCache, View
-from yarm.planning.particles import cell_order
-from yarm.planning.search import Path, Roadmap, Target, find_path, flood, merged, path_cost, reachable, search, wander
-from yarm.planning.world import World, turns_of
+from yarm.planning.cspace.robot_space import ShapeCache, View
+from yarm.planning.fleet.problem import PlanningProblem, turns_of
+from yarm.planning.roadmap.particles import cell_order
+from yarm.planning.roadmap.roadmap import Roadmap
+from yarm.planning.roadmap.search import (
+    Path,
+    Target,
+    _Search,
+    find_path,
+    flood,
+    merged,
+    path_cost,
+    reachable,
+    search,
+    wander,
+)
 
 SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
-ROADMAP = Roadmap(cell_order((30, 24))[:60].astype(np.int64))
+ROADMAP = Roadmap.of(cell_order((30, 24))[:60].astype(np.int64))
 
 
 def view_of(mask: Mask, occupied: np.ndarray, column: Tuple[int, int], turns: Tuple[float, ...] = (0.0,)) -> View:
     ask = request(SPEC, occupied, [robot("r", column, mask)])
-    world = World.of(ask, turns_of(turns), ShapeCache())
-    assert world is not None
-    return View(world.spaces[0], ())
+    problem = PlanningProblem.of(ask, turns_of(turns), ShapeCache())
+    assert problem is not None
+    return View(problem.spaces[0], ())
 
 
 def assert_checked(view: View, path: Optional[Path], start: Tuple[int, int, int], goal: Tuple[int, int]) -> None:
@@ -44,7 +56,7 @@ def test_a_way_is_found_exactly_when_one_exists_through_cells(seed: int) -> None
     occupied[rng.random(SPEC.shape[:2]) < 0.035] = True
     occupied[1, 1] = False
     view = view_of(block(1, 1), occupied, (1, 1))
-    free = ~view.space.layout.image_of_board(view.blocked(0))
+    free = ~view.space.layout.image_of_set(view.blocked(0))
     labels, _ = ndimage.label(free)
     goal = tuple(int(v) for v in rng.integers(0, SPEC.shape[:2]))
     exists = bool(free[goal]) and labels[goal] == labels[1, 1]
@@ -93,7 +105,7 @@ def test_a_wanted_heading_is_reached() -> None:
 def test_flood_and_wander_reach_the_same_cells() -> None:
     view = view_of(block(2, 2), walls(SPEC, [(14, 16, 0, 20)]), (4, 4))
     reached = reachable(view, (4, 4, 0))
-    image = view.space.layout.image_of_board(reached[0])
+    image = view.space.layout.image_of_set(reached[0])
     for column in ((26, 4), (4, 20), (12, 21)):
         bit = 1 << view.space.layout.bit(*column)
         way = flood(view, (4, 4, 0), lambda h, bit=bit: bit)
@@ -105,6 +117,31 @@ def test_flood_and_wander_reach_the_same_cells() -> None:
         assert (chosen is None) == (way is None)
 
 
+def test_a_goal_that_only_another_heading_fits_is_reached_with_few_expansions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The turn that the goal needs counts from the start on, so the search does not flood the present heading first."""
+    turns = (0.0, 90.0, -90.0)
+    view = view_of(arm(5), walls(SPEC, [(20, 22, 8, 17)]), (10, 12), turns)
+    assert not view.stands((24, 12, 0))
+    expanded = []
+    expand = _Search._expand
+
+    def counted(self: _Search, state: Tuple[int, int], cost: float) -> None:
+        expanded.append(state)
+        expand(self, state, cost)
+
+    monkeypatch.setattr(_Search, "_expand", counted)
+    path = search(view, ROADMAP, (10, 12, 0), Target((24, 12)))
+    assert_checked(view, path, (10, 12, 0), (24, 12))
+    assert path is not None
+    cost = path_cost(view, path)
+    monkeypatch.setattr(_Search, "_least_turn", lambda self, h: 0.0)
+    with_turns, expanded[:] = len(expanded), []
+    blind = search(view, ROADMAP, (10, 12, 0), Target((24, 12)))
+    assert blind is not None
+    assert cost <= path_cost(view, blind) + 1e-9
+    assert with_turns < len(expanded)
+
+
 def test_moves_are_merged_into_turn_then_translation() -> None:
     assert merged([(1, 1, 0), (1, 1, 0), (1, 1, 2), (5, 1, 2)]) == ((1, 1, 0), (5, 1, 2))
     assert merged([(1, 1, 0), (4, 1, 0), (4, 1, 1)]) == ((1, 1, 0), (4, 1, 0), (4, 1, 1))
@@ -112,16 +149,23 @@ def test_moves_are_merged_into_turn_then_translation() -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_few_particles_are_enough(count: int) -> None:
-    roadmap = Roadmap(cell_order((30, 24))[:count].astype(np.int64))
+    roadmap = Roadmap.of(cell_order((30, 24))[:count].astype(np.int64))
     view = view_of(block(1, 1), walls(SPEC, [(14, 16, 0, 20)]), (4, 4))
     assert_checked(view, find_path(view, roadmap, (4, 4, 0), Target((26, 4))), (4, 4, 0), (26, 4))
 
 
 def test_added_particles_extend_the_graph_and_leave_the_triangulation_alone() -> None:
-    base = Roadmap(cell_order((30, 24))[:40].astype(np.int64))
-    larger = base.with_added(cell_order((30, 24))[40:50].astype(np.int64))
+    order = cell_order((30, 24)).astype(np.int64)
+    base = Roadmap.of(order[:40], order[40:60])
+    larger = base.denser(lambda columns: columns[:, 0] < 15)
+    assert np.array_equal(larger.particles, base.particles), "nothing is added before a search asks"
+    assert set(larger.nearest((7, 12), 60)) == {i for i in range(60) if i < 40 or order[i, 0] < 15}
+    assert len(larger.particles) > 40
     assert np.array_equal(larger.edges[: len(base.edges)], base.edges)
-    assert all(len(neighbours) > 0 for neighbours in larger.neighbours)
-    for i, neighbours in enumerate(larger.neighbours):
-        assert all(i in larger.neighbours[j] for j in neighbours)
-    assert base.with_added(np.zeros((0, 2), dtype=np.int64)) is base
+    used = larger.nearest((0, 0), 60)
+    neighbours = {i: larger.neighbours(i) for i in used}
+    assert all(neighbours.values())
+    assert all(i in neighbours[j] for i in used for j in neighbours[i])
+    edges = {tuple(sorted((i, j))) for i in used for j in neighbours[i]}
+    shown = {tuple(sorted(map(order.tolist().index, larger.particles[edge].tolist()))) for edge in larger.edges}
+    assert shown == edges

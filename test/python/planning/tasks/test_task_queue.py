@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from itertools import permutations
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pytest
@@ -15,9 +14,10 @@ from hypothesis import strategies as st
 from python.planning.samples import arm, block, request, walls
 from python.planning.samples import robot as robot_at
 from yarm.geometry import GridSpec, Mask
-from yarm.planning.task_queue import TaskQueue, TaskStatus, arrived
-from yarm.planning.travel import Travel
-from yarm.planning.types import Column, Goal, PlanRequest, Robot
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import Column, Goal, PlanRequest, Robot
+from yarm.planning.tasks.task_queue import TaskQueue, TaskStatus
+from yarm.planning.tasks.travel import Travel
 
 SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
 OPEN = np.zeros(SPEC.shape, dtype=bool)
@@ -66,7 +66,7 @@ def test_the_assignment_is_optimal_over_travel_distance(seed: int) -> None:
     run(queue, robots, goals, occupied)
     if len(queue.assignments) < 2:
         return
-    travel = Travel(request(SPEC, occupied, robots), (0.0, 90.0, -90.0))
+    travel = Travel(request(SPEC, occupied, robots), PlannerParams())
     sums = [sum(travel.distance(r.name, goal)[0] for r, goal in zip(robots, chosen)) for chosen in permutations(goals)]
     named = {goal.name: goal for goal in goals}
     assert sum(travel.distance(r, named[g])[0] for r, g in queue.assignments.items()) == pytest.approx(min(sums))
@@ -97,9 +97,18 @@ def test_debris_that_appears_takes_a_robot_from_its_target() -> None:
     assert queue.assignments == {"a": "t"}
     run(queue, robots, [target("t", (20, 10)), debris("d", (26, 10))])
     assert queue.assignments == {"a": "d"}
+    task = queue.task_of("a")
+    assert task is not None and task.distance_cells == pytest.approx(24.0), "the way, nothing added for the change"
     idle_too = [*robots, *robots_at({"b": (2, 2)})]
     run(queue, idle_too, [target("t", (20, 10)), debris("d", (26, 10))])
     assert queue.assignments == {"a": "d", "b": "t"}
+
+
+@pytest.mark.parametrize(("turns_deg", "status"), [((0.0,), "UNREACHABLE"), ((0.0, 90.0), "ASSIGNED")])
+def test_a_goal_is_given_at_the_turns_of_the_planner(turns_deg: Tuple[float, ...], status: str) -> None:
+    queue = TaskQueue(PlannerParams(turns_deg=turns_deg))
+    run(queue, robots_at({"a": (15, 12)}, arm(5)), [target("beside_the_wall", (2, 12))])
+    assert [task.status.value for task in queue.tasks] == [status]
 
 
 def test_a_goal_nobody_can_reach_is_reported_and_tried_again() -> None:
@@ -210,16 +219,3 @@ def test_a_rejected_pair_waits_for_the_map_to_change() -> None:
 def test_pop_without_a_task_is_refused() -> None:
     with pytest.raises(KeyError, match="nobody"):
         TaskQueue().pop("nobody")
-
-
-def test_arrival_has_hysteresis_and_minds_the_heading() -> None:
-    goal = target("t", (10, 10))
-    here = robot_at("a", (10, 10), block(1, 1))
-    beside = replace(here, column=(11, 10), position_m=(1.101, 1.05))
-    assert arrived(here, goal, SPEC)
-    assert arrived(beside, goal, SPEC)
-    further = replace(here, column=(11, 10), position_m=(1.15, 1.05))
-    assert not arrived(further, goal, SPEC)
-    assert arrived(further, goal, SPEC, was_there=True)
-    assert not arrived(replace(here, yaw_rad=0.1), replace(goal, yaw_rad=0.0), SPEC)
-    assert arrived(replace(here, yaw_rad=2 * math.pi), replace(goal, yaw_rad=0.0), SPEC)

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from yarm.planning.cli import main
+from yarm.planning.tools.cli import main
 from yarm.resources import package_root, resource
 
 
@@ -40,6 +40,15 @@ def test_stepping_adds_its_numbers():
     expected = {"steps", "sum_of_costs", "makespan", "min_clearance_cells", "replans", "ms_p50", "ms_p99"}
     assert expected <= set(report)
     assert report["sum_of_costs"] >= 42.0 and report["min_clearance_cells"] >= 1 and report["refused_steps"] == 0
+
+
+def test_the_threshold_of_the_publication_says_how_many_particles():
+    few, default, same = (
+        json.loads(run(scene("one_robot"), "--json", "--planner", "original", *more)[1])
+        for more in (["--threshold", "80"], [], ["--threshold", "5"])
+    )
+    paths = [report["robots"]["ankurbot_1"]["path"] for report in (few, default, same)]
+    assert paths[1] == paths[2] != paths[0], "333 particles on 50 x 50 x 20 cells"
 
 
 def test_goals_without_a_robot_are_shared_out():
@@ -91,6 +100,9 @@ def test_plot_is_written(tmp_path):
     [
         (["--particles", "-5"], "particles = -5"),
         (["--particles", "many"], "particles = 'many'"),
+        (["--threshold", "0"], "--threshold = 0: "),
+        (["--threshold", "many"], "--threshold = many: "),
+        (["--threshold", "5", "--particles", "20"], "--particles and --threshold"),
         (["--turns", "0,left"], "turns_deg"),
         (["--turns", "0,nan"], "turns_deg"),
         (["--seed", "-1"], "--seed = -1"),
@@ -108,7 +120,7 @@ def test_wrong_options_are_4(arguments, words):
     "text,words",
     [
         ("grid: 1", "grid = 1"),
-        ("[", "is not YAML"),
+        ("[", "not readable as YAML"),
         ("{grid: {shape: [9, 9, 2], min: [0, 0, 0], max: [.nan, 1, 1]}, robots: []}", "grid.max"),
     ],
 )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from yarm.ros import names
+from yarm.ros.common import names
 
-HEADER = Path(__file__).resolve().parents[3] / "include" / "yarm" / "ros" / "names.hpp"
+HEADER = Path(__file__).resolve().parents[4] / "include" / "yarm" / "ros" / "names.hpp"
 
 
 def cpp_names() -> dict:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from yarm.ros.seed_tf_publisher_tracker import STATIC_STAMP, Link, RegisteredSeed, SeedTracker
+from yarm.ros.seeds.tracker import STATIC_STAMP, Link, RegisteredSeed, SeedTracker
 
 UNIT = (0.0, 0.0, 0.0, 1.0)
 ROBOT = RegisteredSeed("ankurbot_1", "Mobile", "dynamic", "ankurbot_1/ee")

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Dict, List
 
 import numpy as np
 import pytest
 
 from yarm.geometry import GridSpec
-from yarm.sim.cell_check import check_scene, goal_points
-from yarm.sim.reachability import ConfigurationSpace, RobotShape, nearest_heading
-from yarm.sim.scene import load_scene, scene_from, shipped_scenes
+from yarm.sim.checks.cell_check import carried_points, check_scene, goal_points
+from yarm.sim.checks.reachability import ConfigurationSpace, RobotShape, nearest_heading
+from yarm.sim.scenes.scene import load_scene, scene_from, shipped_scenes
 
 
 def robot(name: str, x: float, y: float, heading_deg: float) -> Dict[str, Any]:
@@ -26,6 +27,20 @@ def test_every_shipped_scene_can_be_done(name: str) -> None:
     findings = check_scene(load_scene(name))
     assert [finding.text for finding in findings if not finding.holds] == []
     assert len(findings) >= 3
+
+
+@pytest.mark.parametrize("name", ["1m1ma", "2m1ma"])
+def test_the_cells_of_debris_can_be_done_with_hands_too(name: str) -> None:
+    findings = check_scene(load_scene(name), hands=True)
+    assert [finding.text for finding in findings if not finding.holds] == []
+    assert any("clear of the hovering" in finding.text for finding in findings)
+
+
+def test_a_carried_piece_hangs_under_the_cup_and_is_as_wide_as_it_is_long() -> None:
+    points = carried_points(0.895)
+    assert points[:, 2].min() == pytest.approx(0.895 - 0.0405, abs=1e-5)
+    assert points[:, 2].max() == pytest.approx(0.895)
+    assert np.hypot(points[:, 0], points[:, 1]).max() == pytest.approx(math.hypot(0.075, 0.03), abs=0.025)
 
 
 def test_a_start_outside_the_volume() -> None:
@@ -45,6 +60,27 @@ def test_a_goal_nobody_can_reach() -> None:
         manipulators=[{"name": "hc10_barc", "type": "hc10"}],
     )
     assert any("target_1: no robot can get to column" in text for text in told)
+
+
+def test_private_areas_that_overlap() -> None:
+    stations = [{"x": -1.0, "y": 1.1}, {"x": -0.5, "y": -0.35, "yaw_deg": 180}]
+    arms = [{"name": f"hc10_barc_{i}", "type": "hc10", "station": station} for i, station in enumerate(stations)]
+    told = failures(manipulators=arms)
+    assert told == [
+        "private areas of hc10_barc_0 (columns x 1..19, y 28..43) and hc10_barc_1 (columns x 15..33, y 13..29) overlap"
+    ]
+
+
+@pytest.mark.parametrize(("heading_deg", "possible"), [(180.0, False), (140.0, True)])
+def test_a_goal_in_the_corner_needs_finer_turns_or_a_robot_that_stands_askew(
+    heading_deg: float, possible: bool
+) -> None:
+    told = failures(
+        robots=[robot("ankurbot_1", 1.0, 1.0, heading_deg)], targets=[{"name": "target_1", "x": 2.35, "y": -2.35}]
+    )
+    words = "quarter turns do not lead; the Commander's turns_deg needs finer ones, such as 45 and -45"
+    assert any(words in text for text in told) != possible
+    assert possible == (told == [])
 
 
 def test_goals_that_cannot_be_held_together() -> None:

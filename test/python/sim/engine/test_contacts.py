@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from yarm.sim.contacts import ContactKind, Side, contact_kind
+from yarm.sim.engine.contacts import ContactKind, Side, contact_kind
 
 WHEEL, BODY = Side("ankurbot_1", "Mobile", "fl_wheel"), Side("ankurbot_1", "Mobile", "base_link")
 EE, ARM = Side("ankurbot_1", "Mobile", "ee"), Side("ankurbot_1", "Mobile", "arm")
@@ -16,6 +16,13 @@ FLOOR, PART, TABLE = (
 )
 STAND = Side("stand", "Obstacle", "stand")
 SANDER, LINK, BASE = (Side("hc10_barc", "Manipulator", link) for link in ("sander", "link_4_r", "base_link"))
+SECOND = "hc10_barc_2"
+SANDER_2, BASE_2 = (Side(SECOND, "Manipulator", link) for link in ("sander", "base_link"))
+PART_2, STAND_2 = Side(f"{SECOND}_table", "Obstacle", "part"), Side(f"{SECOND}_stand", "Obstacle", "stand")
+STATIONS = {
+    "hc10_barc": {"table": "table", "stand": "stand"},
+    SECOND: {"table": f"{SECOND}_table", "stand": f"{SECOND}_stand"},
+}
 DEBRIS, DEBRIS_2 = Side("debris_1", "Debris", "base_link"), Side("debris_2", "Debris", "base_link")
 OK, BAD, SANDED = ContactKind.ALLOWED, ContactKind.FAILURE, ContactKind.SANDER_DEBRIS
 
@@ -45,14 +52,22 @@ OK, BAD, SANDED = ContactKind.ALLOWED, ContactKind.FAILURE, ContactKind.SANDER_D
         (ARM, LINK, BAD),
         (EE, SANDER, BAD),
         (STAND, FLOOR, OK),
+        (BASE_2, STAND_2, OK),
+        (BASE_2, STAND, BAD),
+        (SANDER_2, PART_2, OK),
+        (SANDER_2, PART, BAD),
+        (SANDER, PART_2, BAD),
+        (DEBRIS, PART_2, OK),
+        (SANDER_2, DEBRIS, SANDED),
+        (SANDER_2, SANDER, BAD),
     ],
 )
 def test_pairs_in_either_order(a: Side, b: Side, kind: ContactKind) -> None:
     goals = {"ankurbot_1": "debris_1"}
-    assert contact_kind(a, b, goals) is kind
-    assert contact_kind(b, a, goals) is kind
+    assert contact_kind(a, b, goals, STATIONS) is kind
+    assert contact_kind(b, a, goals, STATIONS) is kind
 
 
 def test_without_goals_known_any_debris_is_an_end_effectors_goal() -> None:
-    assert contact_kind(EE, DEBRIS_2, {}) is OK
-    assert contact_kind(EE, DEBRIS_2, {"ankurbot_2": "debris_2"}) is BAD
+    assert contact_kind(EE, DEBRIS_2, {}, STATIONS) is OK
+    assert contact_kind(EE, DEBRIS_2, {"ankurbot_2": "debris_2"}, STATIONS) is BAD

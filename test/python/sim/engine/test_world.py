@@ -10,13 +10,18 @@ import numpy as np
 import pybullet
 import pytest
 
-from yarm.sim.cell_check import tip_joints
-from yarm.sim.contacts import ContactKind
-from yarm.sim.drive import CASTER_NAMES
-from yarm.sim.robots import Ankurbot, CommandError, arm_mount
-from yarm.sim.scene import Scene, load_scene, scene_from
-from yarm.sim.things import SpawnError, ThingSpec
-from yarm.sim.world import TICK_S, World
+from yarm.geometry import transform_points
+from yarm.robots.ankurbot import CASTERS
+from yarm.robots.hc10 import arm_mount
+from yarm.sim.checks.cell_check import tip_joints
+from yarm.sim.engine.contacts import ContactKind
+from yarm.sim.engine.things import SpawnError, ThingSpec
+from yarm.sim.engine.world import TICK_S, SimWorld
+from yarm.sim.robots.ankurbot import Ankurbot
+from yarm.sim.robots.errors import CommandError
+from yarm.sim.scenes.scene import Scene, load_scene, scene_from
+from yarm.sim.sensors.camera_model import KINECT
+from yarm.sim.sensors.cameras import Eyes
 
 LIMIT = 5.0
 ABOUT_CENTRE = np.radians([-45.0, 45.0, 45.0, -45.0])
@@ -29,26 +34,26 @@ def one_robot(x: float = 0.0, y: float = 0.0, heading_deg: float = 0.0, **more: 
     return scene_from({"name": "test", "fixtures": [], "robots": [robot], **more}, "test")
 
 
-def pose(world: World, frame: str) -> Tuple[np.ndarray, float]:
+def pose(world: SimWorld, frame: str) -> Tuple[np.ndarray, float]:
     matrix = world.transforms()[frame]
     return matrix[:3, 3].copy(), math.atan2(matrix[1, 0], matrix[0, 0])
 
 
-def steer(world: World, robot: Ankurbot, angles: np.ndarray) -> None:
-    for caster, angle in zip(CASTER_NAMES, angles):
+def steer(world: SimWorld, robot: Ankurbot, angles: np.ndarray) -> None:
+    for caster, angle in zip(CASTERS, angles):
         robot.steer(caster, float(angle))
     world.run(1.0)
 
 
 @pytest.fixture
-def driven() -> Iterator[Tuple[World, Ankurbot]]:
-    with World(one_robot(-1.0, -1.0)) as world:
+def driven() -> Iterator[Tuple[SimWorld, Ankurbot]]:
+    with SimWorld(one_robot(-1.0, -1.0)) as world:
         world.run(0.2)
         yield world, world.robots["ankurbot_1"]
 
 
 def test_everything_stands_still_for_a_minute() -> None:
-    with World(load_scene("2m1ma")) as world:
+    with SimWorld(load_scene("2m1ma")) as world:
         world.spawn(ThingSpec("debris_1", "Debris", -0.15, 0.2, 0.75, 0.3))
         world.run(1.0)
         before = {frame: matrix.copy() for frame, matrix in world.transforms().items()}
@@ -58,7 +63,7 @@ def test_everything_stands_still_for_a_minute() -> None:
         assert world.failures() == []
 
 
-def test_straight_translation_at_an_angle(driven: Tuple[World, Ankurbot]) -> None:
+def test_straight_translation_at_an_angle(driven: Tuple[SimWorld, Ankurbot]) -> None:
     world, robot = driven
     angle = math.radians(63.0)
     steer(world, robot, np.full(4, angle))
@@ -75,7 +80,7 @@ def test_straight_translation_at_an_angle(driven: Tuple[World, Ankurbot]) -> Non
 
 
 @pytest.mark.parametrize(("angles", "frame"), [(ABOUT_CENTRE, "base_link"), (ABOUT_EE, "ee")])
-def test_turning_keeps_its_centre(driven: Tuple[World, Ankurbot], angles: np.ndarray, frame: str) -> None:
+def test_turning_keeps_its_centre(driven: Tuple[SimWorld, Ankurbot], angles: np.ndarray, frame: str) -> None:
     world, robot = driven
     steer(world, robot, angles)
     centre = pose(world, f"ankurbot_1/{frame}")[0]
@@ -91,7 +96,7 @@ def test_turning_keeps_its_centre(driven: Tuple[World, Ankurbot], angles: np.nda
 
 @pytest.mark.parametrize("angle", [0.0, math.pi / 2, math.pi / 4])
 def test_braking_from_full_speed_lifts_no_wheel(angle: float) -> None:
-    with World(one_robot(-1.5, -1.5)) as world:
+    with SimWorld(one_robot(-1.5, -1.5)) as world:
         robot = world.robots["ankurbot_1"]
         steer(world, robot, np.full(4, angle))
         robot.drive(1.0, 0.0, LIMIT)
@@ -113,7 +118,7 @@ def test_braking_from_full_speed_lifts_no_wheel(angle: float) -> None:
         assert lifted == 0
 
 
-def test_commands_are_clamped_or_refused(driven: Tuple[World, Ankurbot]) -> None:
+def test_commands_are_clamped_or_refused(driven: Tuple[SimWorld, Ankurbot]) -> None:
     _, robot = driven
     assert robot.steer("fl", 4.0) is True
     assert robot.caster_readings()[0].set_point == pytest.approx(math.pi)
@@ -125,7 +130,7 @@ def test_commands_are_clamped_or_refused(driven: Tuple[World, Ankurbot]) -> None
         robot.drive(0.0, float("inf"), LIMIT)
 
 
-def test_a_yaw_rate_without_a_centre_is_reported(driven: Tuple[World, Ankurbot]) -> None:
+def test_a_yaw_rate_without_a_centre_is_reported(driven: Tuple[SimWorld, Ankurbot]) -> None:
     world, robot = driven
     robot.drive(0.0, 1.0, LIMIT)
     assert world.tick() == ["ankurbot_1"]
@@ -133,7 +138,7 @@ def test_a_yaw_rate_without_a_centre_is_reported(driven: Tuple[World, Ankurbot])
 
 def test_driving_into_a_box_is_a_failure_and_names_both() -> None:
     box = {"name": "box", "x": 1.2, "y": 0.0, "z": 0.3, "size": [0.3, 0.3, 0.6]}
-    with World(one_robot(0.0, 0.0, obstacles=[box])) as world:
+    with SimWorld(one_robot(0.0, 0.0, obstacles=[box])) as world:
         world.robots["ankurbot_1"].drive(0.8, 0.0, LIMIT)
         touched: List[Any] = []
         clearances = []
@@ -150,7 +155,7 @@ def test_driving_into_a_box_is_a_failure_and_names_both() -> None:
 
 def test_clearance_is_the_distance_of_the_surfaces() -> None:
     box = {"name": "box", "x": 0.9, "y": 0.0, "z": 0.3, "size": [0.4, 0.4, 0.6]}
-    with World(one_robot(0.0, 0.0, obstacles=[box])) as world:
+    with SimWorld(one_robot(0.0, 0.0, obstacles=[box])) as world:
         world.tick()
         reading = world.clearances()[0]
         assert reading.nearest == "box"
@@ -158,7 +163,7 @@ def test_clearance_is_the_distance_of_the_surfaces() -> None:
 
 
 def test_a_tucked_arm_is_furniture() -> None:
-    with World(load_scene("3m")) as world:
+    with SimWorld(load_scene("3m")) as world:
         body = world.bodies["hc10_barc"]
         assert (body.kind, body.dynamic, world.arms) == ("Obstacle", False, {})
         before = world.transforms()["hc10_barc/sander_tip"].copy()
@@ -169,7 +174,7 @@ def test_a_tucked_arm_is_furniture() -> None:
 
 
 def test_the_arm_follows_a_path_within_limits() -> None:
-    with World(load_scene("1m1ma")) as world:
+    with SimWorld(load_scene("1m1ma")) as world:
         arm = world.arms["hc10_barc"]
         goal = arm.path.position + np.array([0.5, 0.3, -0.4, 0.2, 0.6, 0.1])
         names = list(reversed(arm.joint_names))
@@ -186,7 +191,7 @@ def test_the_arm_follows_a_path_within_limits() -> None:
 
 
 def test_spawn_and_delete_and_their_refusals() -> None:
-    with World(load_scene("1m1ma")) as world:
+    with SimWorld(load_scene("1m1ma")) as world:
         world.spawn(ThingSpec("debris_9", "Debris", -0.2, 0.0, 0.75))
         assert "debris_9" in world.transforms()
         for spec, words in (
@@ -207,7 +212,7 @@ def test_spawn_and_delete_and_their_refusals() -> None:
 
 
 def test_a_push_slips_the_debris_by_so_much() -> None:
-    with World(load_scene("1m1ma")) as world:
+    with SimWorld(load_scene("1m1ma")) as world:
         world.spawn(ThingSpec("debris_1", "Debris", -0.25, 0.0, 0.75))
         world.run(0.3)
         before = world.transforms()["debris_1"][:3, 3].copy()
@@ -218,13 +223,38 @@ def test_a_push_slips_the_debris_by_so_much() -> None:
         assert moved == pytest.approx([0.06, -0.08, 0.0], abs=0.012)
 
 
+def test_an_unregistered_obstacle_walks_at_its_speed_and_the_cameras_see_it_where_it_is() -> None:
+    with SimWorld(load_scene("single")) as world:
+        world.spawn(ThingSpec("person", "Obstacle", -1.0, 0.0, 0.6, 0.0, (0.4, 0.4, 1.2), registered=False))
+        world.spawn(ThingSpec("box", "Obstacle", -2.0, 0.0, 0.1, 0.0, (0.2, 0.2, 0.2)))
+        assert not world.walk("box", 1.0, 0.0, 1.0)
+        assert not world.walk("table", 1.0, 0.0, 1.0)
+        assert not world.walk("nobody", 1.0, 0.0, 1.0)
+        assert world.walk("person", 0.0, 1.5, 1.0)
+        before = world.transforms()["person"][:3, 3].copy()
+        world.run(1.0)
+        assert world.transforms()["person"][:3, 3] - before == pytest.approx([0.0, 1.0, 0.0], abs=0.006)
+        eyes = Eyes(1, noise=False)
+        eyes.look_at(world.bodies, world.transforms())
+        world.run(1.0)
+        assert world.transforms()["person"][:3, 3] - before == pytest.approx([0.0, 1.5, 0.0], abs=1e-6)
+        image = eyes.overhead_image(4, world.transforms())
+        points = (KINECT.directions() * image.depth[..., None]) @ eyes.overhead_poses[3][:3, :3].T
+        points = (points + eyes.overhead_poses[3][:3, 3]).reshape(-1, 3)
+        high = points[(points[:, 2] > 0.9) & (points[:, 2] < 1.25) & (np.abs(points[:, 0] + 1.0) < 0.25)]
+        assert len(high) > 50
+        assert high[:, 1].min() >= 1.25 and high[:, 1].max() <= 1.75
+        world.delete("person")
+        assert "person" not in world.transforms()
+
+
 def run_hash(seconds: float) -> str:
     """Hash of every pose of a busy second run: driving, turning, arm, debris pushed."""
     digest = hashlib.sha256()
-    with World(load_scene("2m1ma")) as world:
+    with SimWorld(load_scene("2m1ma")) as world:
         world.spawn(ThingSpec("debris_1", "Debris", -0.15, 0.2, 0.76, 0.3))
         first, second = world.robots["ankurbot_1"], world.robots["ankurbot_2"]
-        for caster, angle in zip(CASTER_NAMES, ABOUT_CENTRE):
+        for caster, angle in zip(CASTERS, ABOUT_CENTRE):
             second.steer(caster, float(angle))
         arm = world.arms["hc10_barc"]
         arm.follow(arm.joint_names, [arm.path.position + 0.3], [1.5])
@@ -243,7 +273,7 @@ def test_the_same_commands_give_the_same_bytes() -> None:
 
 
 def test_masses_and_centre_of_mass() -> None:
-    with World(one_robot()) as world:
+    with SimWorld(one_robot()) as world:
         uid = world.robots["ankurbot_1"].uid
         total, moment = 0.0, np.zeros(3)
         for index in range(-1, pybullet.getNumJoints(uid, physicsClientId=world.client)):
@@ -260,7 +290,7 @@ def test_masses_and_centre_of_mass() -> None:
 
 def test_registered_solids_lie_where_the_engine_has_them() -> None:
     """The solids' bounds in world agree with PyBullet's own boxes around each body."""
-    with World(load_scene("1m1ma")) as world:
+    with SimWorld(load_scene("1m1ma")) as world:
         transforms: Dict[str, np.ndarray] = dict(world.transforms())
         for body in world.bodies.values():
             low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -280,7 +310,7 @@ def test_registered_solids_lie_where_the_engine_has_them() -> None:
 
 
 def test_the_sander_on_debris_is_counted_apart() -> None:
-    with World(load_scene("1m1ma")) as world:
+    with SimWorld(load_scene("1m1ma")) as world:
         arm = world.arms["hc10_barc"]
         joints = tip_joints(world.client, arm, -0.25, 0.0, 0.765)
         assert joints is not None
@@ -291,3 +321,33 @@ def test_the_sander_on_debris_is_counted_apart() -> None:
         world.run(0.5)
         kinds = {(c.a.link, c.b.link): c.kind for c in world.contacts.take() if "sander" in (c.a.link, c.b.link)}
         assert set(kinds.values()) == {ContactKind.SANDER_DEBRIS}
+
+
+def test_two_arms_each_stand_on_and_sand_at_their_own_station() -> None:
+    with SimWorld(load_scene("2m2ma")) as world:
+        world.run(0.5)
+        assert world.failures() == []
+        assert sorted(reading.robot for reading in world.clearances()) == [*sorted(world.robots), *sorted(world.arms)]
+        for name, arm in world.arms.items():
+            own = world.contacts.stations[name]
+            part = transform_points(arm.station.pose, [[-0.25, 0.0, 0.0]])[0]
+            joints = tip_joints(world.client, arm, part[0], part[1], 0.7305)
+            assert joints is not None, name
+            arm.place(joints)
+            tip = arm.transforms()[f"{name}/sander_tip"]
+            assert tip[:3, 3] == pytest.approx([part[0], part[1], 0.7305], abs=0.005)
+            assert tip[:3, 2] == pytest.approx([0.0, 0.0, -1.0], abs=0.01)
+            assert {own["table"], own["stand"]} <= set(world.bodies)
+            with pytest.raises(SpawnError, match="stays"):
+                world.delete(own["table"])
+
+
+def test_the_second_arm_moves_alone() -> None:
+    with SimWorld(load_scene("2m2ma")) as world:
+        first, second = world.arms["hc10_barc"], world.arms["hc10_barc_2"]
+        before = first.joint_readings()[1]
+        second.follow(second.joint_names, [second.path.position + 0.2], [1.0])
+        world.run(1.5)
+        assert np.array(first.joint_readings()[1]) == pytest.approx(before, abs=0.002)
+        assert np.array(second.joint_readings()[1]) == pytest.approx(second.path.position, abs=0.002)
+        assert np.max(np.abs(second.path.position - np.array(second.station.folded))) == pytest.approx(0.2, abs=1e-6)

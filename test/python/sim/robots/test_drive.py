@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from yarm.sim.drive import CASTER_XY_M, turning_centre, wheel_speeds
+from yarm.robots.ankurbot import CASTER_XY_M
+from yarm.sim.robots.drive import turning_centre, wheel_speeds
 
 FRONT, REAR = math.radians(82.5686), math.radians(84.0939)
 ABOUT_EE = np.array([FRONT, -FRONT, REAR, -REAR])
@@ -42,7 +43,7 @@ def test_turning_about_the_body_centre() -> None:
 @given(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0), st.floats(-2.0, 2.0), st.integers(0, 15))
 def test_every_wheel_moves_as_the_rigid_body_does(x: float, y: float, rate: float, flips: int) -> None:
     """Whichever way round a wheel stands, its speed along its heading is that of the turning body there."""
-    arm = CASTER_XY_M - (x, y)
+    arm = np.array(CASTER_XY_M) - (x, y)
     if np.min(np.linalg.norm(arm, axis=1)) < 0.05:
         return
     velocity = rate * np.stack([-arm[:, 1], arm[:, 0]], axis=1)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from yarm.sim.joint_path import JointLimits, JointPath, JointPathError
+from yarm.sim.robots.joint_path import JointLimits, JointPath, JointPathError
 
 LIMITS = JointLimits(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), np.array([1.0, 0.5]))
 

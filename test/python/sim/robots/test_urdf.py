@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,52 @@ import pytest
 from yarm.geometry import transform_matrix
 from yarm.geometry.urdf import UrdfError, UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
+from yarm.robots import turtlebot
 
 
-def model(name: str, **args: str) -> UrdfModel:
-    return parse_urdf(expand_xacro(resource("urdf", f"{name}.urdf.xacro"), **args))
+def model(name: str, system: str = "cell", **args: str) -> UrdfModel:
+    return parse_urdf(expand_xacro(resource("urdf", system, f"{name}.urdf.xacro"), **args))
 
 
-@pytest.mark.parametrize("file", sorted(path.name for path in resource("urdf").glob("*.urdf.xacro")))
-def test_every_description_expands(file: str) -> None:
-    assert parse_urdf(expand_xacro(resource("urdf", file))).solids
+@pytest.mark.parametrize("file", sorted(resource("urdf").glob("*/*.urdf.xacro")), ids=lambda file: file.name)
+def test_every_description_expands(file: Path) -> None:
+    assert parse_urdf(expand_xacro(file)).solids
+
+
+def test_the_turtlebot_is_what_the_code_knows_of_it() -> None:
+    robot = model("turtlebot", "exploration")
+    root, T_footprint_camera = robot.rigid_group("camera_depth_frame")
+    assert root == "base_footprint"
+    mount = turtlebot.DEPTH_CAMERA
+    assert T_footprint_camera[:3, 3] == pytest.approx([mount.x, mount.y, turtlebot.CAMERA_Z_M])
+    assert T_footprint_camera[:3, :3] == pytest.approx(np.eye(3))
+    assert robot.joints["base_joint"].T_parent_child[2, 3] == pytest.approx(turtlebot.BASE_LINK_Z_M)
+    wheels = [robot.joints[name] for name in turtlebot.WHEEL_JOINTS]
+    places = [turtlebot.BASE_LINK_Z_M * np.array([0, 0, 1]) + joint.T_parent_child[:3, 3] for joint in wheels]
+    half = 0.5 * turtlebot.WHEEL_BASE_M
+    assert places[0] == pytest.approx([0.0, half, turtlebot.WHEEL_RADIUS_M])
+    assert places[1] == pytest.approx([0.0, -half, turtlebot.WHEEL_RADIUS_M])
+    assert {joint.effort for joint in wheels} == {turtlebot.WHEEL_TORQUE_NM}
+    tops, reaches = [], []
+    for solid in robot.solids:
+        pose = robot.rigid_group(solid.link)[1] @ solid.pose
+        if solid.link.endswith("_wheel"):
+            continue
+        tops.append(pose[2, 3] + solid.half_extent[2])
+        reaches.append(np.hypot(*pose[:2, 3]) + (solid.size[0] if solid.shape == "cylinder" else 0.0))
+        if solid.link == "base_link":
+            low, high = pose[2, 3] - solid.half_extent[2], pose[2, 3] + solid.half_extent[2]
+            assert (solid.size[0], low, high) == pytest.approx(
+                (turtlebot.RADIUS_M, turtlebot.BODY_BOTTOM_M, turtlebot.BODY_TOP_M)
+            )
+    assert max(tops) == pytest.approx(turtlebot.HEIGHT_M)
+    assert max(reaches) == pytest.approx(turtlebot.RADIUS_M)
+
+
+def test_the_turtlebot_weighs_what_it_weighs() -> None:
+    text = expand_xacro(resource("urdf", "exploration", "turtlebot.urdf.xacro"))
+    masses = [float(mass.get("value", "0")) for mass in ET.fromstring(text).iter("mass")]
+    assert sum(masses) == pytest.approx(turtlebot.MASS_KG, abs=0.01)
 
 
 def test_the_hc10_is_the_makers() -> None:
@@ -53,7 +91,7 @@ def test_the_table_and_its_part() -> None:
     tops = {}
     table = model("cell", part="table")
     for solid in table.solids:
-        pose = table.rigid_group(solid.link)[1] @ solid.T_link_solid
+        pose = table.rigid_group(solid.link)[1] @ solid.pose
         tops[solid.link] = (pose[2, 3] + solid.half_extent[2], pose[0, 3])
     assert tops["table"] == pytest.approx((0.70, 0.0))
     assert tops["part"] == pytest.approx((0.73, -0.25))
@@ -63,8 +101,8 @@ def test_debris_is_as_large_as_a_door_handle() -> None:
     debris = model("debris")
     corners = []
     for solid in debris.solids:
-        reach = np.abs(solid.T_link_solid[:3, :3]) @ solid.half_extent
-        corners += [solid.T_link_solid[:3, 3] - reach, solid.T_link_solid[:3, 3] + reach]
+        reach = np.abs(solid.pose[:3, :3]) @ solid.half_extent
+        corners += [solid.pose[:3, 3] - reach, solid.pose[:3, 3] + reach]
     size = np.max(corners, axis=0) - np.min(corners, axis=0)
     assert size == pytest.approx([0.15, 0.06, 0.04], abs=0.004)
 

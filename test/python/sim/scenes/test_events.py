@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from yarm.sim.scene_events import Event, Script, Situation, Trigger
+from yarm.sim.scenes.events import Event, Script, Situation, Trigger
 
 
 def names(script: Script, now: Situation) -> list:
@@ -23,13 +23,21 @@ def test_commander_state_raster_and_distance() -> None:
         (
             Event("state", Trigger(state="BOUNDLESS"), delete="x"),
             Event("raster", Trigger(raster=0.5), delete="x"),
-            Event("near", Trigger(robot="r", near="d", below_m=0.5), delete="x"),
+            Event("near", Trigger(robots=("q", "r"), near="d", below_m=0.5), delete="x"),
         )
     )
-    assert names(script, Situation(0.0, "MENU", 0.4, {"r": (0.0, 0.0), "d": (0.5, 0.0)})) == []
-    assert names(script, Situation(1.0, "BOUNDLESS", 0.4, {"r": (0.0, 0.0)})) == ["state"]
-    assert names(script, Situation(2.0, "MENU", 0.5)) == ["raster"]
-    assert names(script, Situation(3.0, "", 0.0, {"r": (0.0, 0.0), "d": (0.3, 0.39)})) == ["near"]
+    assert names(script, Situation(0.0, "MENU", {"a": 0.4}, {"r": (0.0, 0.0), "d": (0.5, 0.0)})) == []
+    assert names(script, Situation(1.0, "BOUNDLESS", {"a": 0.4}, {"r": (0.0, 0.0)})) == ["state"]
+    assert names(script, Situation(2.0, "MENU", {"a": 0.5})) == ["raster"]
+    assert names(script, Situation(3.0, "", {}, {"r": (0.0, 0.0), "d": (0.3, 0.39)})) == ["near"]
+
+
+def test_a_raster_may_be_one_manipulators_or_anyones() -> None:
+    events = (Event("own", Trigger(raster=0.5, arm="b"), delete="x"), Event("any", Trigger(raster=0.5), delete="x"))
+    script = Script(events)
+    assert names(script, Situation(1.0, "", {"a": 0.4, "b": 0.3})) == []
+    assert names(script, Situation(2.0, "", {"a": 0.6, "b": 0.3})) == ["any"]
+    assert names(script, Situation(3.0, "", {"a": 0.6, "b": 0.5})) == ["own"]
 
 
 def test_an_event_can_be_tried_again() -> None:

@@ -11,35 +11,35 @@ import pybullet
 import pytest
 
 from yarm.geometry import transform_points
-from yarm.sim.camera_model import FAR, KINECT, WRIST, Rays, looking_at
-from yarm.sim.cameras import Eyes
-from yarm.sim.noise import NormalPool, axial_sigma
-from yarm.sim.rays_embree import EmbreeRays
-from yarm.sim.rays_native import NativeRays, _library, library_path
-from yarm.sim.scene import load_scene
-from yarm.sim.things import ThingSpec
-from yarm.sim.world import World
+from yarm.sim.engine.things import ThingSpec
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.scene import load_scene
+from yarm.sim.sensors.camera_model import FAR, KINECT, WRIST, Rays, looking_at
+from yarm.sim.sensors.cameras import Eyes
+from yarm.sim.sensors.noise import NormalPool, axial_sigma
+from yarm.sim.sensors.rays_embree import EmbreeRays
+from yarm.sim.sensors.rays_native import NativeRays, _library, library_path
 
 BUILT = library_path()
 BACKENDS: List[Rays] = [EmbreeRays()] + ([NativeRays(BUILT)] if BUILT else [])
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    with World(load_scene("2m1ma")) as world:
+def world() -> Iterator[SimWorld]:
+    with SimWorld(load_scene("2m1ma")) as world:
         world.spawn(ThingSpec("debris_1", "Debris", -0.15, 0.2, 0.75, 0.3))
         world.spawn(ThingSpec("box", "Obstacle", 0.3, -1.9, 0.25, 0.5, (0.3, 0.4, 0.5)))
         world.run(0.5)
         yield world
 
 
-def eyes_on(world: World, noise: bool, rays: Rays, seed: int = 7) -> Eyes:
+def eyes_on(world: SimWorld, noise: bool, rays: Rays, seed: int = 7) -> Eyes:
     eyes = Eyes(seed, noise, rays)
     eyes.look_at(world.bodies, world.transforms())
     return eyes
 
 
-def oracle(world: World, T_world_optical: np.ndarray, rays: np.ndarray, far_m: float) -> np.ndarray:
+def oracle(world: SimWorld, T_world_optical: np.ndarray, rays: np.ndarray, far_m: float) -> np.ndarray:
     """Depth of PyBullet's own ray test, FAR where nothing is hit; rays (n, 3) with z component 1, optical frame."""
     ends = transform_points(T_world_optical, rays * far_m)
     starts = np.broadcast_to(T_world_optical[:3, 3], ends.shape)
@@ -53,7 +53,7 @@ def oracle(world: World, T_world_optical: np.ndarray, rays: np.ndarray, far_m: f
 
 @pytest.mark.parametrize("rays", BACKENDS, ids=lambda rays: type(rays).__name__)
 @pytest.mark.parametrize("camera", [1, 2, 4])
-def test_depth_agrees_with_the_engines_own_rays(world: World, rays: Rays, camera: int) -> None:
+def test_depth_agrees_with_the_engines_own_rays(world: SimWorld, rays: Rays, camera: int) -> None:
     eyes = eyes_on(world, False, rays)
     image = eyes.overhead_image(camera, world.transforms())
     choice = np.random.default_rng(camera).permutation(KINECT.pixels)[:6000]
@@ -71,7 +71,7 @@ def test_depth_agrees_with_the_engines_own_rays(world: World, rays: Rays, camera
 
 
 @pytest.mark.skipif(BUILT is None, reason="the C++ library is not built")
-def test_the_two_ways_of_casting_agree(world: World) -> None:
+def test_the_two_ways_of_casting_agree(world: SimWorld) -> None:
     first, second = (eyes_on(world, False, rays) for rays in BACKENDS)
     for camera in (1, 2, 3, 4):
         a, b = first.overhead_image(camera, world.transforms()), second.overhead_image(camera, world.transforms())
@@ -94,7 +94,7 @@ def test_the_two_noise_models_agree() -> None:
 
 
 @pytest.mark.parametrize("rays", BACKENDS, ids=lambda rays: type(rays).__name__)
-def test_points_lie_on_the_surfaces_within_the_sensors_noise(world: World, rays: Rays) -> None:
+def test_points_lie_on_the_surfaces_within_the_sensors_noise(world: SimWorld, rays: Rays) -> None:
     clean, noisy = eyes_on(world, False, rays), eyes_on(world, True, rays)
     image = clean.overhead_image(1, world.transforms())
     cloud = noisy.overhead_cloud(1, world.transforms(), 3)
@@ -116,7 +116,7 @@ def test_points_lie_on_the_surfaces_within_the_sensors_noise(world: World, rays:
 
 
 @pytest.mark.parametrize("rays", BACKENDS, ids=lambda rays: type(rays).__name__)
-def test_nothing_nearer_than_the_range_or_farther(world: World, rays: Rays) -> None:
+def test_nothing_nearer_than_the_range_or_farther(world: SimWorld, rays: Rays) -> None:
     eyes = eyes_on(world, False, rays)
     cloud = eyes.overhead_cloud(1, world.transforms(), 0)
     assert np.isnan(cloud["z"][0]).all()  # the horizon is below the image's upper edge
@@ -158,7 +158,7 @@ def test_the_pool_is_seeded_and_differs_by_camera_and_frame() -> None:
 def clouds_hash(frames: int) -> Tuple[str, str]:
     """Hash of the poses and of the clouds of a short run with a moving robot."""
     poses, clouds = hashlib.sha256(), hashlib.sha256()
-    with World(load_scene("2m1ma")) as world:
+    with SimWorld(load_scene("2m1ma")) as world:
         eyes = Eyes(2, True)
         eyes.look_at(world.bodies, world.transforms())
         for frame in range(frames):

@@ -1,0 +1,247 @@
+#!/usr/bin/env python3
+"""Inverse kinematics of the youBot's arm: ours, PyKDL, TRAC-IK, EAIK and the coursework's formulas on the same poses.
+
+    python3 bench/kinematics.py [--poses 10000] [--page bench/kinematics.md]
+
+TRAC-IK (pip install pytracik==0.0.3) and EAIK (pip install --no-deps eaik==1.2.2) are peers, not dependencies: without
+them their rows say so. Times are of the process's processors, so that other work beside it changes little.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+from typing import Callable, List, Optional, Sequence, Tuple
+
+import numpy as np
+import PyKDL
+
+from yarm.experiments.run.tables import markdown_table
+from yarm.geometry.urdf import expand_xacro
+from yarm.manipulation.kinematics.coursework import (
+    Mended,
+    printed_forward_many,
+    printed_inverse,
+    transposed_jacobian,
+)
+from yarm.manipulation.kinematics.forward import forward_many
+from yarm.manipulation.kinematics.inverse import inverse
+from yarm.manipulation.kinematics.inverse_many import inverse_many
+from yarm.manipulation.kinematics.iterative import damped_least_squares
+from yarm.resources import resource
+from yarm.robots.youbot import (
+    LOWER_RAD,
+    UPPER_RAD,
+    mechanical_angles,
+    random_joints,
+    urdf_angles,
+    within_limits,
+)
+
+CLOSE = 1e-6
+STARTS = 20
+SLOW_POSES = {"kdl": 2000, "tracik": 500, "eaik": 1000, "descent": 200, "transposed": 30}
+HEADER = ("method", "poses", "solved", "within limits", "all branches", "us median", "us p99")
+Solve = Callable[[np.ndarray], Sequence[Sequence[float]]]
+
+
+def main() -> int:
+    """Measure every method and write the table."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--poses", type=int, default=10_000)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--page", type=Path, help="Markdown page to write the table to")
+    chosen = options.parse_args()
+    q = random_joints(np.random.default_rng(chosen.seed), chosen.poses)
+    poses = forward_many(q)
+    print(f"seed {chosen.seed}, {chosen.poses} poses", flush=True)
+    rows = []
+    for row in (*ours(q, poses), *kdl(poses), tracik(poses), eaik(poses), *printed(q, poses)):
+        rows.append(row)
+        print("  ".join(row), flush=True)
+    table = markdown_table(HEADER, rows)
+    if chosen.page is not None:
+        command = f"python3 bench/kinematics.py --poses {chosen.poses} --seed {chosen.seed} --page {chosen.page}"
+        text = chosen.page.read_text(encoding="utf-8") if chosen.page.is_file() else f"{BEGIN}\n{END}\n"
+        before, after = text.partition(BEGIN)[0], text.partition(END)[2]
+        chosen.page.write_text(f"{before}{BEGIN}\n`{command}`\n\n{table}\n{END}{after}", encoding="utf-8")
+    return 0
+
+
+BEGIN, END = "<!-- table -->", "<!-- end of table -->"
+
+
+def ours(q: np.ndarray, poses: np.ndarray) -> List[Tuple[str, ...]]:
+    """The closed form, one at a time and in batches, and damped least squares."""
+    rows = [measured("ours, closed form", poses, lambda pose: inverse(pose).solutions, branches=True)]
+    for size in (100, 1000, 10_000):
+        batches = [poses[start : start + size] for start in range(0, len(poses), size)]
+        times = [(timed(lambda part=part: inverse_many(part))[1]) / len(part) for part in batches]
+        batch = inverse_many(poses)
+        reached = forward_many(np.nan_to_num(batch.q).reshape(-1, 5)).reshape(*batch.q.shape[:2], 4, 4)
+        off = np.where(batch.within, np.abs(reached - poses[:, None]).max(axis=(2, 3)), np.inf)
+        share = f"{100.0 * np.mean(off.min(axis=1) < CLOSE):.2f} %"
+        median, high = np.percentile(times, (50, 99))
+        rows.append((f"ours, batches of {size}", str(len(poses)), share, share, "yes", f"{median:.2f}", f"{high:.2f}"))
+    part = poses[: SLOW_POSES["descent"]]
+    rows.append(
+        measured(
+            f"ours, damped least squares, up to {STARTS} restarts",
+            part,
+            lambda pose: [damped_least_squares(pose, np.zeros(5), restarts=STARTS).q],
+        )
+    )
+    return rows
+
+
+def kdl(poses: np.ndarray) -> List[Tuple[str, ...]]:
+    """PyKDL's Levenberg-Marquardt from the middle, and from up to twenty starts."""
+    table = (
+        (-0.033, np.pi / 2, 0.145, np.pi),
+        (0.155, 0.0, 0.0, np.pi / 2),
+        (0.135, 0.0, 0.0, 0.0),
+        (0.002, np.pi / 2, 0.0, -np.pi / 2),
+        (0.0, np.pi, -0.185, np.pi),
+    )
+    chain = PyKDL.Chain()
+    for a, alpha, d, theta in table:
+        chain.addSegment(PyKDL.Segment(PyKDL.Joint(PyKDL.Joint.RotZ), PyKDL.Frame.DH(a, alpha, d, theta)))
+    solver = PyKDL.ChainIkSolverPos_LMA(chain, np.array([[1.0], [1.0], [1.0], [0.3], [0.3], [0.3]]), 1e-8, 500)
+    starts = [np.zeros(5), *random_joints(np.random.default_rng(0), STARTS - 1)]
+
+    def solve(pose: np.ndarray, count: int) -> Sequence[Sequence[float]]:
+        frame = PyKDL.Frame(PyKDL.Rotation(*pose[:3, :3].ravel().tolist()), PyKDL.Vector(*pose[:3, 3].tolist()))
+        for start in starts[:count]:
+            guess, found = PyKDL.JntArray(5), PyKDL.JntArray(5)
+            for index in range(5):
+                guess[index] = float(start[index])
+            solver.CartToJnt(guess, frame, found)
+            q = np.remainder([found[i] + np.pi for i in range(5)], 2.0 * np.pi) - np.pi
+            if np.max(np.abs(forward_many(q[None])[0] - pose)) < CLOSE and (count == 1 or within_limits(q)):
+                return [q]
+        return []
+
+    part = poses[: SLOW_POSES["kdl"]]
+    return [
+        measured("PyKDL LMA, 1 start", part, lambda pose: solve(pose, 1)),
+        measured(f"PyKDL LMA, up to {STARTS} starts until within limits", part, lambda pose: solve(pose, STARTS)),
+    ]
+
+
+def tracik(poses: np.ndarray) -> Tuple[str, ...]:
+    """TRAC-IK on the URDF; its threads race a wall clock, so that a busy machine costs it answers."""
+    name = "TRAC-IK Speed, 5 ms"
+    try:
+        from trac_ik import TracIK  # noqa: PLC0415 (a peer that need not be there)
+    except ImportError:
+        return (name, "not installed", "", "", "", "", "")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.urdf"
+        path.write_text(expand_xacro(resource("urdf", "manipulation", "youbot.urdf.xacro"), base="false"))
+        solver = TracIK("arm_frame", "arm_link_ee", str(path), timeout=0.005, epsilon=1e-7, solver_type="Speed")
+    middle = urdf_angles(0.5 * (np.array(LOWER_RAD) + np.array(UPPER_RAD)))
+
+    def solve(pose: np.ndarray) -> Sequence[Sequence[float]]:
+        found = solver.ik(pose[:3, 3], pose[:3, :3], seed_jnt_values=middle)
+        return [] if found is None else [mechanical_angles(found)]
+
+    return measured(name, poses[: SLOW_POSES["tracik"]], solve)
+
+
+def eaik(poses: np.ndarray) -> Tuple[str, ...]:
+    """EAIK (D. Ostermeier et al.), which derives a closed form from the axes; it knows no limits."""
+    name = "EAIK"
+    try:
+        from eaik.IK_HP import HPRobot  # noqa: PLC0415
+    except ImportError:
+        return (name, "not installed", "", "", "", "", "")
+    axes = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0], [0, 0, -1]], dtype=float)
+    offsets = np.array([[0, 0, 0], [0.033, 0, 0.145], [0, 0, 0.155], [0, 0, 0.135], [-0.002, 0, 0], [0, 0, 0.185]])
+    robot = HPRobot(axes, offsets)
+
+    def solve(pose: np.ndarray) -> Sequence[Sequence[float]]:
+        found = robot.IK(pose)
+        return [q for q, rough in zip(found.Q, found.is_LS) if not rough]
+
+    return measured(name, poses[: SLOW_POSES["eaik"]], solve, branches=True, all_limits=True)
+
+
+def printed(q: np.ndarray, poses: np.ndarray) -> List[Tuple[str, ...]]:
+    """The coursework's formulas on the forward kinematics it printed, and its iteration on the right ones."""
+    own = printed_forward_many(q)
+    rows = []
+    for name, mended in (
+        ("printed formulas, on the printed forward kinematics", Mended()),
+        ("printed, gamma mended", Mended(gamma=True)),
+        ("printed, gamma and theta5 mended", Mended(gamma=True, theta5=True)),
+    ):
+        rows.append(measured(name, own, one_of(mended), reach=printed_forward_many))
+    rows.append(measured("the last, on the arm's forward kinematics", poses, one_of(Mended(gamma=True, theta5=True))))
+    part = poses[: SLOW_POSES["transposed"]]
+    middle = 0.5 * (np.array(LOWER_RAD) + np.array(UPPER_RAD))
+
+    def creep(pose: np.ndarray) -> Sequence[Sequence[float]]:
+        answer = transposed_jacobian(pose, middle)
+        return [np.remainder(np.array(answer.q) + np.pi, 2.0 * np.pi) - np.pi] if answer.converged else []
+
+    rows.append(measured("coursework's transposed Jacobian (error < 2e-4 counts)", part, creep, close=2e-4))
+    return rows
+
+
+def one_of(mended: Mended) -> Solve:
+    """The printed formulas as a method."""
+
+    def solve(pose: np.ndarray) -> Sequence[Sequence[float]]:
+        found: Optional[Sequence[float]] = printed_inverse(pose, mended)
+        return [] if found is None else [found]
+
+    return solve
+
+
+def measured(
+    name: str,
+    poses: np.ndarray,
+    solve: Solve,
+    branches: bool = False,
+    all_limits: bool = False,
+    close: float = CLOSE,
+    reach: Callable[[np.ndarray], np.ndarray] = forward_many,
+) -> Tuple[str, ...]:
+    """One row: a pose counts as solved when an answer's own pose is within ``close`` of it, metres and entries."""
+    times, solved, inside, complete = [], 0, 0, 0
+    for pose in poses:
+        answers, spent = timed(lambda pose=pose: solve(pose))
+        times.append(spent)
+        q = np.array(answers, dtype=float).reshape(-1, 5)
+        right = np.abs(reach(q) - pose).max(axis=(1, 2)) < close if len(q) else np.zeros(0, dtype=bool)
+        solved += bool(right.any())
+        inside += bool((right & within_limits(q)).any())
+        if branches:
+            known = inverse(pose)
+            wanted = len(known.solutions) + (len(known.beyond) if all_limits else 0)
+            complete += int(right.sum()) == wanted
+    n = len(poses)
+    median, high = np.percentile(times, (50, 99))
+    every = f"{100.0 * complete / n:.1f} %" if branches else "no"
+    return (
+        name,
+        str(n),
+        f"{100.0 * solved / n:.2f} %",
+        f"{100.0 * inside / n:.2f} %",
+        every,
+        f"{median:.1f}",
+        f"{high:.1f}",
+    )
+
+
+def timed(call: Callable[[], object]) -> Tuple[object, float]:
+    """What a call gives, and its processor time, microseconds."""
+    begun = time.process_time_ns()
+    result = call()
+    return result, (time.process_time_ns() - begun) / 1e3
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

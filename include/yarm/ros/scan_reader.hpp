@@ -1,0 +1,72 @@
+// Scans with the transforms of their moments: what the nodes that map and that localise have in common.
+#pragma once
+
+#include "yarm/slam/types.hpp"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/ros.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace yarm {
+
+struct ScanReaderParams {
+  std::string base_frame;
+  std::string odom_frame;
+  double tf_wait = 0.3;                                         ///< s of wall time that a scan waits for its transforms
+  double least_range = 0.0;                                     ///< m: shorter ranges count as nothing seen
+  double most_range = std::numeric_limits<double>::infinity();  ///< m: and so do longer ones
+};
+
+/// A scan as the library wants it, or why it cannot be had.
+struct ScanOrFault {
+  slam::Scan scan;
+  std::string fault;  ///< empty when the scan is good
+  std::string topic;  ///< of the fault: "transform", "queue"
+};
+
+/// Holds scans until their transforms are there. Not thread-safe.
+class ScanReader {
+ public:
+  /// `handle` gives the callback queue of the transforms.
+  ScanReader(const ros::NodeHandle& handle, const ScanReaderParams& params);
+
+  void push(const sensor_msgs::LaserScanConstPtr& message);
+  /// The next scan in the order of arrival, with its transforms or with the fault that they did not come in time;
+  /// nothing while the next must still wait.
+  std::optional<ScanOrFault> next();
+  [[nodiscard]] bool waiting() const { return !inbox_.empty(); }
+  /// Forgets scans and transforms; for time that went back.
+  void clear();
+
+ private:
+  struct Arrival {
+    sensor_msgs::LaserScanConstPtr message;
+    std::int64_t arrived_ns;  // wall time
+  };
+  std::optional<slam::Pose2> planar(const std::string& to, const std::string& from, const ros::Time& stamp,
+                                    bool* upside_down, std::string* reason) const;
+
+  ScanReaderParams params_;
+  tf2::BufferCore tf_;
+  std::unique_ptr<tf2_ros::TransformListener> listener_;
+  std::deque<Arrival> inbox_;
+  bool overflowed_ = false;
+};
+
+/// The transform of a planar pose.
+geometry_msgs::TransformStamped planarTransform(const std::string& parent, const std::string& child,
+                                                const slam::Pose2& pose, const ros::Time& stamp);
+
+/// Seconds for a message, with two digits.
+std::string secondsText(double value);
+
+}  // namespace yarm

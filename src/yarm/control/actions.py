@@ -1,0 +1,31 @@
+"""What a MoveRobot goal may ask for, as written in its ``action`` field."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class MobileAction(Enum):
+    """Actions of a mobile robot; whatever is not CALIBRATE is a pose goal."""
+
+    CALIBRATE = "CALIBRATION"
+    ABOUT_TIP = "False"
+    """To a pose, turning about the end effector."""
+    ABOUT_BODY = "True"
+    """To a pose, turning about the body's centre."""
+
+    @staticmethod
+    def of(text: str) -> MobileAction:
+        """What an ``action`` field means: "True" in any case, CALIBRATION, and ABOUT_TIP for anything else."""
+        if text == MobileAction.CALIBRATE.value:
+            return MobileAction.CALIBRATE
+        return MobileAction.ABOUT_BODY if text in ("True", "true", "TRUE") else MobileAction.ABOUT_TIP
+
+
+class ArmAction(Enum):
+    """Actions of a manipulator with a sander."""
+
+    CALIBRATE = "CALIBRATION"
+    ON = "ON"
+    OFF = "OFF"
+    CLEANUP = "CLEANUP"

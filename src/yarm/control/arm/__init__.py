@@ -1,0 +1,1 @@
+"""The manipulator: model, collisions, motion, planning."""

@@ -1,0 +1,1 @@
+"""The mobile robots' bases: kinematics, controller, model."""

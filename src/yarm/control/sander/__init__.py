@@ -1,0 +1,1 @@
+"""The HC10 sander: scan, raster, state machine."""

@@ -1,0 +1,135 @@
+"""What the sander does in each state, one script a button."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Callable
+
+import numpy as np
+
+from yarm.control.sander.planner import SanderPlanner
+from yarm.control.sander.progress import RasterProgress
+from yarm.control.sander.states import SanderState
+from yarm.control.sander.steps import Compute, Follow, Script, Wait
+from yarm.geometry.grid import FloatArray
+
+
+@dataclass
+class Situation:
+    """How the sander stands, shared by the machine, which knows what comes in, and the scripts, which change it.
+
+    Attributes:
+        q: joints measured last, (6,) rad.
+        state: as published.
+        enabled: it may sand.
+        lifted: it hovers over the part and would come down again.
+        scanning: the wrist camera's clouds are wanted.
+        progress: of the raster.
+    """
+
+    q: FloatArray
+    state: SanderState = SanderState.STORAGE
+    enabled: bool = True
+    lifted: bool = False
+    scanning: bool = False
+    progress: RasterProgress = field(default_factory=RasterProgress)
+
+    def enter(self, state: SanderState) -> None:
+        """Change state; nobody hovers on the way."""
+        self.state, self.lifted = state, False
+
+
+class SanderScripts:
+    """Makes scripts; what they do shows in the situation."""
+
+    def __init__(
+        self,
+        situation: Situation,
+        planner: SanderPlanner,
+        scan: Callable[[], FloatArray],
+        hovering: Callable[[], None],
+    ) -> None:
+        """Bind to a situation.
+
+        Args:
+            situation: read and changed.
+            planner: computes motions.
+            scan: the points (n, 3), metres, gathered while ``scanning`` was true.
+            hovering: called when it has come to its hover over the part, before state TELEOPERATION.
+        """
+        self._now = situation
+        self._planner = planner
+        self._scan = scan
+        self._hovering = hovering
+
+    def scan(self) -> Script:
+        """Sweep over the part, then hover over it."""
+        self._now.enter(SanderState.SCANNING)
+        yield Follow((yield self._from_here(self._planner.to_scan)))
+        sweep = yield self._from_here(self._planner.sweep)
+        self._now.scanning = True
+        yield Follow(sweep)
+        self._now.scanning = False
+        yield from self.to_part()
+
+    def to_part(self) -> Script:
+        """Hover over the part."""
+        self._now.enter(SanderState.MOVE_TO_PART)
+        yield Follow((yield self._from_here(self._planner.to_hover)))
+        self._hovering()
+        self._now.enter(SanderState.TELEOPERATION)
+
+    def store(self) -> Script:
+        """Home, from the raster by way of a lift."""
+        if self._now.state is SanderState.SCAN_TO_PATH:
+            yield Follow((yield self._from_here(self._planner.lift)))
+        self._now.enter(SanderState.MOVE_TO_STORAGE)
+        yield Follow((yield self._from_here(self._planner.to_storage)))
+        self._now.progress.share = 0.0
+        self._now.enter(SanderState.STORAGE)
+
+    def sand(self) -> Script:
+        """Raster from the start; paused it lifts, enabled it comes back to where it stopped."""
+        self._now.enter(SanderState.SCAN_TO_PATH)
+        self._now.progress.begin(None)
+        points = self._scan()
+        yield Follow((yield self._from_here(self._planner.lift)))
+        self._now.progress.begin((yield Compute(lambda: self._planner.raster(points))))
+        yield from self._raster()
+
+    def resume(self) -> Script:
+        """After a failure on the raster (something blocked the arm): lift, then go on where it stopped."""
+        yield Follow((yield self._from_here(self._planner.lift)))
+        yield from self._raster()
+
+    def _raster(self) -> Script:
+        now = self._now
+        while not now.progress.finished:
+            now.lifted = True
+            yield Wait(lambda: now.enabled)
+            now.lifted = False
+            yield from self._until_paused()
+            yield from self._lift_until_enabled()
+        now.progress.share = 1.0
+        now.lifted = True
+
+    def _until_paused(self) -> Script:
+        now, progress = self._now, self._now.progress
+        plan = progress.plan
+        assert plan is not None
+        down = yield self._from_here(lambda q: self._planner.come_down(q, plan, progress.arc_m))
+        on_part = yield Follow(down, until=lambda: not now.enabled)
+        while on_part and now.enabled and not progress.finished:
+            stroke = self._planner.stroke_from(plan, progress.arc_m)
+            if (yield Follow(stroke, until=lambda: not now.enabled, note=progress.note)):
+                progress.note(float(stroke.arc_m[-1]))
+
+    def _lift_until_enabled(self) -> Script:
+        """Lift; done with the raster it lifts to the end, else it turns round as soon as it may go on."""
+        finished = self._now.progress.finished
+        lift = yield self._from_here(self._planner.lift)
+        yield Follow(lift, until=lambda: self._now.enabled and not finished)
+
+    def _from_here(self, function: Callable[[FloatArray], Any]) -> Compute:
+        q = np.array(self._now.q)
+        return Compute(lambda: function(q))

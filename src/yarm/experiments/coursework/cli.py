@@ -1,0 +1,129 @@
+"""``rosrun yarm coursework``: every task of the arm coursework, headless, with progress, a summary and pictures."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import Callable, List, Optional, Sequence
+
+import yaml
+
+from yarm.experiments.coursework.pictures import draw_coverage, draw_obstacles, draw_tour
+from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
+from yarm.experiments.run.tables import text_table
+from yarm.manipulation.motion.checkpoints import ArmScene, CheckpointError, load_arm_scene
+from yarm.manipulation.motion.tour import TourError
+from yarm.manipulation.motion.trajectory import Trajectory, TrajectoryError
+from yarm.resources import resource
+from yarm.yaml_fields import SceneError
+
+Say = Callable[[str], None]
+Load = Callable[[Path], ArmScene]
+Save = Callable[[Trajectory, Path], Path]
+
+
+def parser() -> argparse.ArgumentParser:
+    """Options of the command."""
+    options = argparse.ArgumentParser(
+        prog="coursework",
+        description="The youBot arm coursework: kinematics, tours, obstacles, coverage (exit code 0).",
+    )
+    options.add_argument(
+        "--seed", type=int, default=3, help="of poses, planner and the obstacles' places; 0: as in the file"
+    )
+    options.add_argument("--results", type=Path, default=Path("results"), help="folder for coursework/<seed>/")
+    options.add_argument("--checkpoints", type=Path, help="scene or bag for the tour; the shipped scene by default")
+    options.add_argument("--obstacles", type=Path, help="scene for the obstacle task; the shipped one by default")
+    return options
+
+
+def main(arguments: Optional[Sequence[str]] = None, load: Load = load_arm_scene, save: Optional[Save] = None) -> int:
+    """Run every task; 0 when all is as it must be, 1 when something is not, 2 for a scene that cannot be read.
+
+    Args:
+        arguments: of the command line; None for the process' own.
+        load: reads a scene.
+        save: keeps the tour's motion in a folder, and gives the file.
+    """
+    options = parser().parse_args(arguments)
+
+    def say(text: str) -> None:
+        sys.stdout.write(f"{text}\n")
+        sys.stdout.flush()
+
+    try:
+        scenes = [
+            load(given or resource("scenes", "manipulation", name))
+            for given, name in ((options.checkpoints, "checkpoints.yaml"), (options.obstacles, "arm_obstacles.yaml"))
+        ]
+    except (SceneError, CheckpointError) as error:
+        sys.stderr.write(f"coursework: {error}\n")
+        return 2
+    try:
+        folder = options.results / "coursework" / str(options.seed)
+        results = run(scenes[0], scenes[1], options.seed, folder, say, save)
+    except (TourError, TrajectoryError) as error:
+        sys.stderr.write(f"coursework: {error}\n")
+        return 1
+    return 1 if any(result.faults for result in results) else 0
+
+
+def run(
+    tour_scene: ArmScene, obstacle_scene: ArmScene, seed: int, folder: Path, say: Say, save: Optional[Save] = None
+) -> List[TaskResult]:
+    """Run every task, draw its pictures and write ``summary.yaml``.
+
+    Args:
+        tour_scene: checkpoints of the tour.
+        obstacle_scene: the obstacle task.
+        seed: see the option.
+        folder: where results go.
+        say: is told what is done, line by line.
+        save: keeps the tour's motion in the folder.
+
+    Raises:
+        TourError: nothing of a scene can be reached.
+        TrajectoryError: the tour cannot be timed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    begun = time.monotonic()
+
+    def progress(text: str) -> None:
+        say(f"[{time.monotonic() - begun:5.1f} s] {text}")
+
+    progress(f"coursework, seed {seed}: inverse kinematics")
+    results = [kinematics(seed)]
+    progress(f"tour of {len(tour_scene.checkpoints)} checkpoints")
+    tour = tours(tour_scene)
+    pictures = [draw_tour(tour, tour_scene, folder / "tour.png")]
+    saved = [] if save is None else [save(tour.motion, folder)]
+    progress(
+        f"{len(obstacle_scene.checkpoints)} checkpoints among {len(obstacle_scene.obstacles)} obstacles, in physics"
+    )
+    among = obstacles(obstacle_scene, seed)
+    pictures.append(draw_obstacles(among, folder / "obstacles.png"))
+    progress("the cell's floor")
+    floor = floors()
+    pictures.append(draw_coverage(floor, folder / "coverage.png"))
+    results += [tour.task, among.task, floor.task]
+    for result in results:
+        say(f"\n{result.title}")
+        say(text_table(result.header, result.rows))
+    faults = [f"{result.title}: {fault}" for result in results for fault in result.faults]
+    say(f"\ncoursework, seed {seed}: {'FAILED' if faults else 'SUCCESS'}")
+    for fault in faults:
+        say(f"  wrong: {fault}")
+    for picture in pictures:
+        say(f"picture: {picture}")
+    for file in saved:
+        say(f"motion: {file}")
+    summary = {
+        "success": not faults,
+        "seed": seed,
+        "faults": faults,
+        "tasks": {result.title: [dict(zip(result.header, row)) for row in result.rows] for result in results},
+    }
+    (folder / "summary.yaml").write_text(yaml.safe_dump(summary, sort_keys=False), encoding="utf-8")
+    return results

@@ -1,0 +1,184 @@
+"""Tables and figures of the exploration study, each with its CSV."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any, Dict, List, Sequence
+
+import numpy as np
+
+from yarm.experiments.explore.pictures import draw_run, title_of
+from yarm.experiments.explore.record import ExploreRecord
+from yarm.experiments.explore.study import (
+    TABLE_HEADER,
+    by_variant,
+    median,
+    starts_in_contact,
+    table_rows,
+    targets,
+)
+from yarm.experiments.explore.trial import CURVE_STEP_S, ExploreResult, judge_of
+from yarm.experiments.run.plots import new_figure, save_figure
+from yarm.experiments.run.tables import markdown_table
+from yarm.experiments.statistics import percentile
+
+TARGET_HEADER = ("target", "measured", "met")
+
+
+def write_study(results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], folder: Path) -> str:
+    """All tables and figures of the trials; the text to print."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_trials([*results, *ablation], folder / "explore_trials.csv")
+    table = markdown_table(TABLE_HEADER, table_rows(results))
+    asked = [(t.text, t.measured, "yes" if t.met else "NO") for t in targets(results)]
+    goals = markdown_table(TARGET_HEADER, asked)
+    (folder / "explore_table.md").write_text(f"{table}\n\n{goals}\n")
+    _write(folder / "explore_table.csv", TABLE_HEADER, table_rows(results))
+    plot_coverage(results, folder)
+    plot_faults(results, folder)
+    plot_contact_starts(results, folder)
+    if ablation:
+        plot_ablation(results, ablation, folder)
+    return f"{table}\n\n{goals}"
+
+
+def write_trials(results: Sequence[ExploreResult], path: Path) -> None:
+    """One line a trial."""
+    header = ["arena", "controller", "without", "seed", "share", "t90_s", "t95_s", "t99_s", "end_s", "done"]
+    header += ["distance_m", "turning_rad", "bumps", "bumped_again", "fastest_bump", "too_fast_s", "too_fast_near_s"]
+    header += ["standing", "early", "wall_mean_m", "wall_p95_m", "tall", "tall_detected", "low", "low_detected"]
+    header += ["low_untouched", "freed_s", "step_p50_ms", "step_p99_ms", "reason"]
+    rows: List[List[Any]] = []
+    for r in results:
+        s, m = r.spec, r.measures
+        row: List[Any] = [s.arena, s.controller, s.without, s.seed, f"{m.share:.5f}", *m.times, r.end_s, int(r.done)]
+        row += [f"{m.distance_m:.2f}", f"{m.turning_rad:.1f}", m.bumps, m.bumped_again, f"{m.fastest_bump:.3f}"]
+        row += [f"{m.too_fast_s:.1f}", f"{m.too_fast_near_s:.1f}", int(m.standing), int(m.early)]
+        row += [f"{m.wall.mean_m:.4f}", f"{m.wall.p95_m:.4f}", m.tall.count, m.tall.detected]
+        row += [m.low.count, m.low.detected, m.low.untouched, r.freed_s]
+        rows.append([*row, f"{m.step_p50_ms:.2f}", f"{m.step_p99_ms:.2f}", r.reason])
+    _write(path, header, rows)
+
+
+def plot_final_maps(records: Sequence[ExploreRecord], path: Path) -> Path:
+    """Figure 1: final maps over the true walls, side by side."""
+    figure, axes = new_figure(5.2 * max(1, len(records)), 5.4, max(1, len(records)))
+    for axis, record in zip(axes, records):
+        draw_run(axis, record, judge_of(record.arena).arena)
+        share = record.coverage[-1].share if record.coverage else math.nan
+        axis.set_title(f"{title_of(record)}: {100 * share:.1f} % at {record.end_s:.0f} s", fontsize="medium")
+    return save_figure(figure, path)
+
+
+def plot_coverage(results: Sequence[ExploreResult], folder: Path) -> Path:
+    """Figure 4: share against time, median and quartiles of each controller."""
+    figure, axes = new_figure(7.6, 4.6)
+    axis, rows = axes[0], []
+    for name, group in by_variant(results).items():
+        curves = 100.0 * np.array([result.curve for result in group])
+        times = CURVE_STEP_S * np.arange(curves.shape[1])
+        low, middle, high = np.percentile(curves, (25, 50, 75), axis=0)
+        axis.plot(times, middle, label=f"{name} ({len(group)})")
+        axis.fill_between(times, low, high, alpha=0.2)
+        rows += [(name, f"{t:g}", *(f"{v:.2f}" for v in q)) for t, *q in zip(times, low, middle, high)]
+    axis.set(xlabel="time, s", ylabel="share of the mappable area, %", ylim=(0, 101), xlim=(0, None))
+    axis.grid(True, alpha=0.3)
+    axis.legend(fontsize="small", loc="lower right")
+    _write(folder / "explore_coverage.csv", ("controller", "t_s", "quartile_1", "median", "quartile_3"), rows)
+    return save_figure(figure, folder / "explore_coverage.png")
+
+
+def plot_ablation(results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], folder: Path) -> Path:
+    """Figure 5: `report` with each behaviour off, in the same arenas as the whole of it."""
+    arenas = {result.spec.arena for result in ablation}
+    whole = [r for r in results if r.spec.variant == "report" and r.spec.arena in arenas]
+    groups = {**({"report": whole} if whole else {}), **by_variant(ablation)}
+    shares = {name: [100.0 * r.measures.share for r in group] for name, group in groups.items()}
+    _box_figure(shares, "share at the end, %", folder / "explore_ablation.png")
+    rows = []
+    for name, group in groups.items():
+        low, middle, high = (percentile(shares[name], percent) for percent in (25, 50, 75))
+        time, bumps = median([r.measures.times[1] for r in group]), np.mean([r.measures.bumps for r in group])
+        rows.append((name, len(group), *(f"{v:.2f}" for v in (middle, low, high)), _number(time), f"{bumps:.2f}"))
+    header = ("variant", "runs", "share_median", "share_quartile_1", "share_quartile_3", "median_t95_s", "bumps_mean")
+    _write(folder / "explore_ablation.csv", header, rows)
+    return folder / "explore_ablation.png"
+
+
+def plot_faults(results: Sequence[ExploreResult], folder: Path) -> Path:
+    """Figure 6: what the printed program's faults cost, arena by arena, against the described method."""
+    groups = by_variant(results)
+    printed = {r.spec.arena: r.measures for r in groups.get("report_printed", [])}
+    pairs = [
+        (r.spec.arena, r.measures, printed[r.spec.arena]) for r in groups.get("report", []) if r.spec.arena in printed
+    ]
+    figure, axes = new_figure(9.6, 4.4, 2)
+    axes[0].plot([0, 100], [0, 100], "-", color="0.7", lw=0.8)
+    axes[0].plot([100 * a.share for _, a, _ in pairs], [100 * b.share for _, _, b in pairs], "o", ms=4)
+    axes[0].set(xlabel="share at the end, report, %", ylabel="report_printed, %")
+    bumps = ([a.bumps for _, a, _ in pairs], [b.bumps for _, _, b in pairs])
+    axes[1].plot(*bumps, "o", ms=4)
+    axes[1].set(xlabel="bumps, report", ylabel="bumps, report_printed", yscale="symlog", xscale="symlog")
+    for axis in axes:
+        axis.grid(True, alpha=0.3)
+    header = (
+        "arena",
+        "share_report",
+        "share_printed",
+        "bumps_report",
+        "bumps_printed",
+        "turned_report",
+        "turned_printed",
+    )
+    rows = [
+        (arena, f"{a.share:.4f}", f"{b.share:.4f}", a.bumps, b.bumps, f"{a.turning_rad:.0f}", f"{b.turning_rad:.0f}")
+        for arena, a, b in pairs
+    ]
+    _write(folder / "explore_faults.csv", header, rows)
+    return save_figure(figure, folder / "explore_faults.png")
+
+
+def plot_contact_starts(results: Sequence[ExploreResult], folder: Path) -> Path:
+    """Figure 7: starts in contact with something: how long until the robot was away."""
+    touching = [result for result in results if starts_in_contact(result.spec.arena)]
+    header = ("arena", "controller", "freed", "freed_s", "share")
+    rows = [
+        (r.spec.arena, r.spec.variant, int(math.isfinite(r.freed_s)), _number(r.freed_s), f"{r.measures.share:.4f}")
+        for r in touching
+    ]
+    _write(folder / "explore_contact_starts.csv", header, rows)
+    freed = {
+        f"{name}\n{sum(math.isfinite(r.freed_s) for r in group)} of {len(group)}": [
+            r.freed_s for r in group if math.isfinite(r.freed_s)
+        ]
+        for name, group in by_variant(touching).items()
+    }
+    return _box_figure(freed, "time until 0.3 m away, s", folder / "explore_contact_starts.png")
+
+
+def _box_figure(groups: Dict[str, List[float]], label: str, path: Path) -> Path:
+    figure, axes = new_figure(max(5.0, 1.5 * len(groups)), 4.4)
+    axis = axes[0]
+    for i, (name, values) in enumerate(groups.items()):
+        if values:
+            axis.boxplot([values], positions=[i], widths=0.5, showfliers=False)
+        spread = 0.12 * np.sin(np.arange(len(values)) * 2.4)
+        axis.plot(i + spread, values, "o", ms=3, alpha=0.5, color="tab:blue", label=name)
+    axis.set_xticks(range(len(groups)))
+    axis.set_xticklabels([name.replace(" without ", "\nwithout ") for name in groups], fontsize="small")
+    axis.set(ylabel=label, xlim=(-0.6, max(1, len(groups)) - 0.4))
+    axis.grid(True, axis="y", alpha=0.3)
+    return save_figure(figure, path)
+
+
+def _number(value: float) -> str:
+    return f"{value:.1f}" if math.isfinite(value) else ""
+
+
+def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(header)
+        writer.writerows(rows)

@@ -1,0 +1,183 @@
+"""Runs a controller in the kinematic world at 10 Hz: observation in, command out, everything noted."""
+
+from __future__ import annotations
+
+import time
+from typing import Callable, Dict, List, Optional, Tuple
+
+from yarm.experiments.explore.record import BehaviourClock, CoverageRow, ExploreRecord, PathRow, TouchRow
+from yarm.experiments.explore.true_mapper import TrueMapper
+from yarm.exploration.deadline import faded
+from yarm.exploration.model import LOOP_S, Command, Controller, Event, LowView, Observation, Step
+from yarm.exploration.params import ExploreParams
+from yarm.geometry import Pose2
+from yarm.navigation.grid_map import GridMap
+from yarm.navigation.overlay import Overlay
+from yarm.robots.turtlebot import CAMERA_Z_M
+from yarm.sim.kinematic.world import KinematicWorld
+from yarm.sim.scenes.arena import Arena
+
+DRAW_PASSES = 2
+"""Every n-th scan is drawn."""
+MAP_PASSES = 10
+"""Every n-th pass brings a new map, besides those in which something low was found."""
+LOW_PASSES = 2
+"""Every n-th depth image is looked at for low obstacles."""
+COVERAGE_PASSES = 10
+STAND_S = 2.0
+"""The robot is watched so long after the time limit."""
+
+Watch = Callable[[float, GridMap], float]
+"""Given the time and the map, once a second; gives back the share of the arena that is mapped."""
+
+
+class _Senses:
+    """What the robot knows: the newest of everything."""
+
+    def __init__(self, world: KinematicWorld) -> None:
+        self._world = world
+        self._mapper = TrueMapper(world.arena.lower, world.arena.upper)
+        self._overlay = Overlay()
+        self._bare = self._mapper.map()
+        self._counts = (-1, -1)
+        self._versions = 0
+        self.map = self._bare
+
+    def observe(self, now_s: float, passes: int) -> Observation:
+        """Measure, draw, and bring the map up to date."""
+        world = self._world
+        scan, bumps = world.scan(), world.take_bumps()
+        low = world.low_view() if passes % LOW_PASSES == 0 else None
+        if passes % DRAW_PASSES == 0:
+            self._mapper.add(scan, world.truth)
+        if passes % MAP_PASSES == 0:
+            self._bare = self._mapper.map()
+        if low is not None:
+            self._overlay.see(world.truth, low, scan)
+        for bump in bumps:
+            if bump.pressed:
+                self._overlay.bump(world.truth, bump.bumper, self._bare)
+        counts = (passes // MAP_PASSES, self._overlay.count)
+        if counts != self._counts:
+            self._counts = counts
+            self._versions += 1
+            self.map = self._overlay.over(self._bare)
+        odometry = world.odometry()
+        return Observation(
+            now_s=now_s,
+            odometry=odometry,
+            map_from_odom=world.truth.compose(odometry.pose.inverse()),
+            scan=scan,
+            bumps=bumps,
+            map=self.map,
+            map_count=self._versions,
+            low=None if low is None else LowView(now_s, low),
+        )
+
+
+class _Notes:
+    """What is written down on the way."""
+
+    def __init__(self, watch: Optional[Watch]) -> None:
+        self._watch = watch
+        self._clock = BehaviourClock()
+        self.path: List[PathRow] = []
+        self.coverage: List[CoverageRow] = []
+        self.events: List[Event] = []
+        self.step_ms: List[float] = []
+
+    @property
+    def behaviours(self) -> Dict[str, float]:
+        """Seconds in each."""
+        return self._clock.seconds
+
+    def note(self, now_s: float, observation: Observation, step: Step, told: Command, world: KinematicWorld) -> None:
+        """One pass."""
+        self.events.extend(step.events)
+        self._clock.spend(step.behaviour, LOOP_S)
+        true, believed = world.truth, observation.pose or Pose2(0.0, 0.0)
+        self.path.append(
+            PathRow(
+                now_s,
+                *(true.x, true.y, true.yaw_rad, believed.x, believed.y, believed.yaw_rad),
+                told.v_mps,
+                told.w_radps,
+                world.true_speed_mps,
+            )
+        )
+        if len(self.path) % COVERAGE_PASSES == 1 and observation.map is not None:
+            self.cover(now_s, observation.map)
+
+    def cover(self, now_s: float, grid_map: GridMap) -> None:
+        """One more row of coverage."""
+        share = float("nan") if self._watch is None else self._watch(now_s, grid_map)
+        self.coverage.append(CoverageRow(now_s, grid_map.known_m2, share))
+
+
+def run_kinematic(
+    arena: Arena, controller: Controller, seed: int, params: ExploreParams, watch: Optional[Watch] = None
+) -> ExploreRecord:
+    """One exploration, until the controller is done or the time is over; the robot brakes in time for that.
+
+    Args:
+        arena: the room.
+        controller: decides.
+        seed: of the sensors' and the odometry's noise.
+        params: what the controller was made with.
+        watch: asked once a second what the map is worth.
+    """
+    world = KinematicWorld(arena, seed)
+    senses, notes = _Senses(world), _Notes(watch)
+    passes, end_s, last = 0, params.time_limit_s, Step()
+    while passes * LOOP_S < params.time_limit_s + STAND_S:
+        now_s = round(passes * LOOP_S, 6)
+        over = now_s >= params.time_limit_s - 1e-9
+        observation = senses.observe(now_s, passes)
+        began = time.process_time()
+        step = last if over else controller.step(observation)
+        notes.step_ms.append(1e3 * (time.process_time() - began))
+        told = Command() if step.done else faded(step.command, now_s, params.time_limit_s)
+        notes.note(now_s, observation, Step(behaviour="stand") if over else step, told, world)
+        last = step
+        if step.done and not over:
+            end_s = now_s
+            notes.cover(now_s, senses.map)
+            break
+        world.step(told.v_mps, told.w_radps, LOOP_S)
+        passes += 1
+    return _record(arena, params, seed, notes, world, (end_s, last), senses.map)
+
+
+def _record(
+    arena: Arena,
+    params: ExploreParams,
+    seed: int,
+    notes: _Notes,
+    world: KinematicWorld,
+    end: Tuple[float, Step],
+    grid_map: GridMap,
+) -> ExploreRecord:
+    end_s, last = end
+    touches = tuple(
+        TouchRow(t.t_s, t.block, t.height_m < CAMERA_Z_M, t.x, t.y, t.bearing_rad, t.speed_mps) for t in world.touches
+    )
+    return ExploreRecord(
+        arena=arena.name,
+        controller=params.controller,
+        seed=seed,
+        mode="kinematic",
+        time_limit_s=params.time_limit_s,
+        max_speed=params.max_speed,
+        near_speed=params.near_speed,
+        near_distance=params.near_distance,
+        end_s=end_s,
+        done=last.done,
+        reason=last.reason,
+        path=tuple(notes.path),
+        coverage=tuple(notes.coverage),
+        touches=touches,
+        events=tuple(notes.events),
+        behaviours=notes.behaviours,
+        step_ms=tuple(notes.step_ms),
+        map=grid_map,
+    )

@@ -1,0 +1,63 @@
+"""What a round is given of a layout: the map of the empty room, and where the boxes stand; as files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from yarm.experiments.inspect.eyes import boxes_of
+from yarm.geometry import Pose2
+from yarm.navigation.bodies import with_bodies
+from yarm.navigation.grid_map import UNKNOWN, GridMap
+from yarm.navigation.map_file import write_map
+from yarm.sim.kinematic.flat_boxes import FlatBoxes
+from yarm.sim.scenes.layout import Layout
+
+CELL_M = 0.05
+MARGIN_CELLS = 4
+"""The map reaches so far beyond the room."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """Files of a layout: the map's description and the boxes."""
+
+    map: Path
+    boxes: Path
+
+
+def room_map(layout: Layout) -> GridMap:
+    """The room without boxes: walls occupied, free inside, not known outside; its frame is the world's."""
+    lower, upper = np.array(layout.arena.lower), np.array(layout.arena.upper)
+    columns, rows = (math.ceil(float(v) / CELL_M - 1e-6) + 2 * MARGIN_CELLS for v in upper - lower)
+    corner = lower - MARGIN_CELLS * CELL_M
+    cells = np.full((rows, columns), UNKNOWN, np.int8)
+    grid = GridMap(cells, CELL_M, Pose2(float(corner[0]), float(corner[1])))
+    every = np.indices(cells.shape).reshape(2, -1).T
+    middles = grid.centres_of(every)
+    inside = every[np.all((middles > lower) & (middles < upper), axis=1)]
+    cells[inside[:, 0], inside[:, 1]] = 0
+    walls = [block for block in layout.arena.blocks if block.kind != "box"]
+    return with_bodies(grid, list(FlatBoxes(walls).corners()))
+
+
+def write_given(layout: Layout, folder: Path) -> Given:
+    """Write both files into a folder, which is made when missing.
+
+    Raises:
+        MapFileError: the map cannot be written.
+        OSError: the folder or the boxes cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = ["# Boxes in the map: centre on the floor, where the tag looks; width, depth, height.", "boxes:"]
+    for box in boxes_of(layout):
+        place = f"x: {box.pose.x!r}, y: {box.pose.y!r}, phi: {box.pose.yaw_rad!r}"
+        size = [box.size.width, box.size.depth, box.size.height]
+        lines.append(f"  - {{number: {box.number}, {place}, size: {size}}}")
+    boxes = folder / "boxes.yaml"
+    boxes.write_text("\n".join(lines) + "\n")
+    saved = write_map(room_map(layout), folder / "map")
+    return Given(saved.description, boxes)

@@ -1,0 +1,241 @@
+"""The inspection study: rounds in the benchmark's layouts, ours and the report's paired, and their table."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
+
+from yarm.experiments.inspect.fault_figure import FAULT_TRIALS, LAYOUTS, fault_specs, write_faults
+from yarm.experiments.inspect.measures import measure
+from yarm.experiments.inspect.order_figure import write_orders
+from yarm.experiments.inspect.practice_figure import write_practice
+from yarm.experiments.inspect.record import RoundRecord
+from yarm.experiments.inspect.rule_figures import write_angles, write_edge_cases
+from yarm.experiments.inspect.runner import CONTROLLERS, parameters_of, run_round
+from yarm.experiments.inspect.writers import run_folder, write_inspection
+from yarm.experiments.run.tables import markdown_table
+from yarm.experiments.run.versions import package_versions
+from yarm.experiments.statistics import percentile
+from yarm.experiments.study.runner import Progress, TrialKind, run_trials
+from yarm.sim.scenes.layout import Layout
+from yarm.sim.scenes.layout_file import find_layout
+from yarm.sim.scenes.layout_maker import KINDS, SEEDS, make_layout
+
+HEADER = (
+    "controller",
+    "rounds",
+    "ten of ten",
+    "right of all boxes",
+    "wrong tags",
+    "home in time",
+    "s: median, p95",
+    "m driven, median",
+    "bumps",
+    "looking, s",
+    "computing, s",
+)
+NUMBERS = ("right", "named_wrong", "end_s", "home_m", "home_rad", "distance_m", "bumps", "looking_s", "computing_s")
+"""Figures of merit that a result keeps."""
+PRACTICE_SEED = 0
+
+
+@dataclass(frozen=True)
+class InspectSpec:
+    """What a trial is made of.
+
+    Attributes:
+        kind: of the layout.
+        layout: its seed.
+        controller: who drives the round.
+        seed: of noise and light.
+    """
+
+    kind: str
+    layout: int
+    controller: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Unique name, good for a file."""
+        return f"{self.kind}_{self.layout}-{self.controller}-{self.seed:04d}"
+
+
+@dataclass(frozen=True)
+class InspectResult:
+    """What a trial came to.
+
+    Attributes:
+        spec: what it was made of.
+        kept: home in time, by the truth.
+        boxes: in the layout.
+        numbers: by the names of NUMBERS; units as in Measures.
+        unread: numbers of the boxes that got no or a wrong verdict, and the reason of each.
+    """
+
+    spec: InspectSpec
+    kept: bool
+    boxes: int
+    numbers: Mapping[str, float]
+    unread: Tuple[Tuple[int, str], ...]
+
+    @property
+    def all_right(self) -> bool:
+        """Every box was read right."""
+        return self.numbers["right"] == self.boxes
+
+    def to_json(self) -> Dict[str, Any]:
+        """Plain values."""
+        return dataclasses.asdict(self)
+
+    @staticmethod
+    def from_json(values: Mapping[str, Any]) -> InspectResult:
+        """From plain values, as read back.
+
+        Raises:
+            TypeError: fields are missing or unknown.
+            KeyError: the same.
+        """
+        plain = dict(values)
+        plain["spec"] = InspectSpec(**plain["spec"])
+        plain["numbers"] = {name: float(plain["numbers"][name]) for name in NUMBERS}
+        plain["unread"] = tuple((int(box), str(reason)) for box, reason in plain["unread"])
+        return InspectResult(**plain)
+
+
+def run_trial(spec: InspectSpec) -> InspectResult:
+    """Run one trial."""
+    layout = layout_of(spec.kind, spec.layout)
+    return result_of(spec, layout, run_round(layout, spec.controller, spec.seed))
+
+
+def result_of(spec: InspectSpec, layout: Layout, record: RoundRecord) -> InspectResult:
+    """What is kept of a record."""
+    wrong = [v for v in record.verdicts if v.reading.tag != layout.tags[v.box - 1]]
+    unread = tuple((v.box, v.reason or f"read as {v.reading.tag}") for v in wrong)
+    measures = measure(record)
+    numbers = {name: round(float(getattr(measures, name)), 4) for name in NUMBERS}
+    return InspectResult(spec, measures.kept, len(layout.boxes), numbers, unread)
+
+
+@lru_cache(maxsize=8)
+def layout_of(kind: str, seed: int) -> Layout:
+    """A layout of the benchmark."""
+    return make_layout(kind, seed)
+
+
+INSPECT_TRIALS: TrialKind[InspectSpec, InspectResult] = TrialKind(run_trial, InspectResult.from_json)
+
+
+def specs_of(layouts: int, controllers: Sequence[str] = CONTROLLERS) -> List[InspectSpec]:
+    """Every controller in the first so many layouts, kinds alternating, paired."""
+    names = [(kind, seed) for seed in range(SEEDS) for kind in KINDS][:layouts]
+    return [InspectSpec(kind, seed, controller, 0) for kind, seed in names for controller in controllers]
+
+
+def table(results: Sequence[InspectResult]) -> str:
+    """One row a controller, in markdown, and below it every box of ours that was not read right."""
+    groups = {name: [result for result in results if result.spec.controller == name] for name in CONTROLLERS}
+    lines = [markdown_table(HEADER, [_row(name, group) for name, group in groups.items() if group])]
+    for result in results:
+        for box, reason in result.unread if result.spec.controller == "yarm" else ():
+            lines.append(f"\n{result.spec.key}, box {box}: {reason}")
+    return "\n".join(lines)
+
+
+def _row(controller: str, group: Sequence[InspectResult]) -> List[str]:
+    def column(name: str) -> List[float]:
+        return [result.numbers[name] for result in group]
+
+    boxes = sum(result.boxes for result in group)
+    times = column("end_s")
+    return [
+        controller,
+        str(len(group)),
+        str(sum(result.all_right for result in group)),
+        f"{sum(column('right')):.0f} of {boxes}",
+        f"{sum(column('named_wrong')):.0f}",
+        str(sum(result.kept for result in group)),
+        f"{percentile(times, 50):.0f}, {percentile(times, 95):.0f}",
+        f"{percentile(column('distance_m'), 50):.1f}",
+        f"{sum(column('bumps')):.0f}",
+        f"{percentile(column('looking_s'), 50):.1f}",
+        f"{percentile(column('computing_s'), 50):.1f}",
+    ]
+
+
+def write_rows(results: Sequence[InspectResult], file: Path) -> None:
+    """Every trial as a row of CSV."""
+    with file.open("w", newline="") as opened:
+        rows = csv.writer(opened)
+        rows.writerow(["layout", "controller", "seed", "kept", "boxes", *NUMBERS])
+        for result in results:
+            spec = result.spec
+            numbers = [result.numbers[name] for name in NUMBERS]
+            rows.writerow(
+                [f"{spec.kind}_{spec.layout}", spec.controller, spec.seed, int(result.kept), result.boxes, *numbers]
+            )
+
+
+def add_options(options: argparse.ArgumentParser) -> None:
+    """Options of this part."""
+    options.add_argument("--layouts", type=int, default=100, help="of the inspection study, kinds alternating")
+    options.add_argument(
+        "--fault-layouts", type=int, default=len(LAYOUTS), help="layouts in which each known fault is tried"
+    )
+
+
+def inspections(options: argparse.Namespace, folder: Path, progress: Callable[[str], Progress]) -> str:
+    """Run the study and draw its figures; the text to print.
+
+    Raises:
+        StudyError: trials failed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = [rounds(options, folder, progress("inspect")), *practice(folder)]
+    faults = run_trials(
+        FAULT_TRIALS,
+        fault_specs(options.fault_layouts),
+        folder / "inspect_faults",
+        options.scheduler,
+        options.workers,
+        progress("inspect, faults"),
+    )
+    texts.append(write_faults(faults, folder))
+    return "\n\n".join([*texts, write_edge_cases(folder), f"figure: {write_angles(folder)}"])
+
+
+def rounds(options: argparse.Namespace, folder: Path, progress: Progress) -> str:
+    """Run the rounds in the benchmark's layouts; their table.
+
+    Raises:
+        StudyError: trials failed.
+    """
+    results = run_trials(
+        INSPECT_TRIALS,
+        specs_of(options.layouts),
+        folder / "inspect_trials",
+        options.scheduler,
+        options.workers,
+        progress,
+    )
+    write_rows(results, folder / "inspect_trials.csv")
+    text = table(results)
+    (folder / "inspect_table.md").write_text(text + "\n")
+    return text
+
+
+def practice(folder: Path) -> List[str]:
+    """Whole rounds in the practice world with all their files, and the figures about it; texts to print."""
+    layout = find_layout("practice")
+    records = [run_round(layout, controller, PRACTICE_SEED) for controller in CONTROLLERS]
+    for record in records:
+        info = record.info
+        run = run_folder(folder, info.layout, info.controller, info.seed)
+        write_inspection(record, layout.arena, run, parameters_of(info.controller), package_versions())
+    return [write_practice(records, layout.arena, folder), write_orders(records[0].boxes, folder)]

@@ -1,0 +1,49 @@
+"""Known faults of the report's program that can be switched on, each by itself, in its round without ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping
+
+
+@dataclass(frozen=True)
+class Switches:
+    """What is as in the printed program; by default nothing is.
+
+    Attributes:
+        query_from_origin: whether a viewpoint can be reached is asked from (0, 0, 0) instead of the robot.
+        empty_map: it is asked on a map that knows no boxes.
+        goals_ignored: that a goal failed is not looked at.
+        loose_heading: a goal is reached within 17 degrees, so that the headings at a box are one.
+        no_neighbours: neighbours and narrow places are not looked at.
+        sleeps: 0.17 s of sleep an image.
+        printed_vote: the printed recognition and vote, on whole images.
+        exact_order: not a fault but the remedy of one: the shortest order instead of the greedy one.
+    """
+
+    query_from_origin: bool = False
+    empty_map: bool = False
+    goals_ignored: bool = False
+    loose_heading: bool = False
+    no_neighbours: bool = False
+    sleeps: bool = False
+    printed_vote: bool = False
+    exact_order: bool = False
+
+
+SLEEP_S = 0.17
+LOOSE_RAD = 0.3
+"""About 17 degrees."""
+PLAIN = "as the text has it"
+FAULTS: Mapping[str, Switches] = {
+    PLAIN: Switches(),
+    "reachable from (0, 0, 0)": Switches(query_from_origin=True),
+    "map without boxes": Switches(empty_map=True),
+    "map without boxes, failed goals ignored": Switches(empty_map=True, goals_ignored=True),
+    "headings within the tolerance": Switches(loose_heading=True),
+    "neighbours not looked at": Switches(no_neighbours=True),
+    "sleeps": Switches(sleeps=True),
+    "printed recognition": Switches(printed_vote=True),
+    "exact order instead of greedy": Switches(exact_order=True),
+}
+"""Variants of the report's round, by their names in the figure."""

@@ -1,0 +1,1 @@
+"""The published study: trials in a kinematic world, across processes."""

@@ -1,0 +1,1 @@
+"""One robot maps an unknown room by itself: controllers that turn what is observed into a command at 10 Hz."""

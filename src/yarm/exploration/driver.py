@@ -1,0 +1,328 @@
+"""Drives to goals: plans, has every way checked, follows it, backs off from bumps, and says when it cannot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Deque, List, Optional, Tuple
+
+import numpy as np
+
+from yarm.exploration.model import LOOP_S, Command, Event, Observation
+from yarm.exploration.params import ExploreParams
+from yarm.exploration.seen import SweptGround
+from yarm.geometry import FloatArray, Pose2, wrap_angle
+from yarm.navigation.follower import FollowSettings, PathFollower, room_ahead
+from yarm.navigation.grid_map import OCCUPIED_AT_LEAST, GridMap
+from yarm.navigation.ground import Ground, PlanSettings
+from yarm.navigation.path_check import check_path
+from yarm.navigation.planner import Cell, Field
+from yarm.robots import turtlebot
+
+DISC_M = 0.18
+"""Radius of the disc that every way keeps clear."""
+STRIP_M = turtlebot.RADIUS_M + 0.02
+"""Half the width of the strip ahead in which something counts as near."""
+LOOK_PASSES = 3
+"""Every n-th scan is taken to say which floor was seen."""
+SAME_PLACE_M = 0.01
+TOUCHING_M = turtlebot.RADIUS_M + 0.02
+"""Something this near ahead stops the robot."""
+
+
+class Drives(Enum):
+    """How driving goes."""
+
+    IDLE = "idle"
+    DRIVING = "driving"
+    BACKING = "backing"
+    ARRIVED = "arrived"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class DriverSettings:
+    """How goals are driven to.
+
+    Attributes:
+        unknown_passable: ways may lead over unknown ground.
+        cautious: where the floor has not been seen, no faster than touch_mps.
+        touch_mps: greatest speed at which the robot may touch something.
+        back_mps: speed when it backs off.
+        back_m: how far it backs off.
+        stuck_s: told to move for so long ...
+        stuck_m: ... and moved less than this by odometry, or in the map, and
+        stuck_rad: ... turned less than this: it is stuck.
+        blocked_s: standing before something for so long is a failure.
+        turn_radps: greatest rate of turning.
+        arrive_m: a goal is reached within this.
+        arrive_rad: its heading is reached within this.
+    """
+
+    unknown_passable: bool = False
+    cautious: bool = True
+    touch_mps: float = 0.098
+    back_mps: float = 0.08
+    back_m: float = 0.12
+    stuck_s: float = 3.0
+    stuck_m: float = 0.03
+    stuck_rad: float = 0.1
+    blocked_s: float = 1.5
+    turn_radps: float = 1.2
+    arrive_m: float = 0.05
+    arrive_rad: float = 0.06
+
+
+@dataclass(frozen=True)
+class Driven:
+    """One pass of driving.
+
+    Attributes:
+        state: how it goes.
+        command: what to drive.
+        reason: why it failed; empty otherwise.
+        events: what happened.
+        blocked: it failed because something stands ahead, though the map shows a way.
+    """
+
+    state: Drives
+    command: Command = field(default_factory=Command)
+    reason: str = ""
+    events: Tuple[Event, ...] = ()
+    blocked: bool = False
+
+
+class Driver:
+    """Owns the way, and remembers which ground the camera has seen."""
+
+    def __init__(self, params: ExploreParams, settings: Optional[DriverSettings] = None) -> None:
+        """Stands, without a goal."""
+        self._settings = settings or DriverSettings()
+        self._follower = PathFollower(
+            FollowSettings(
+                max_speed_mps=params.max_speed,
+                near_speed_mps=params.near_speed,
+                near_distance_m=params.near_distance,
+                turn_radps=self._settings.turn_radps,
+                arrive_m=self._settings.arrive_m,
+                arrive_rad=self._settings.arrive_rad,
+            )
+        )
+        self._near_m = params.near_distance
+        self.floor = SweptGround(0.80, 2.5)
+        self.map: Optional[GridMap] = None
+        self._ground: Optional[Ground] = None
+        self._field: Optional[Field] = None
+        self._field_from = Pose2(0.0, 0.0)
+        self._passes = 0
+        self._version = -1
+        self._goal: Optional[Cell] = None
+        self._goal_point: FloatArray = np.zeros(2)
+        self._yaw: Optional[float] = None
+        self._backing_m = 0.0
+        self._back_reason = ""
+        self._moves: Deque[Tuple[float, Pose2, Pose2]] = Deque()
+        self._blocked_s = 0.0
+        self._checked = -1
+        self._events: List[Event] = []
+
+    @property
+    def path(self) -> FloatArray:
+        """(n, 2) the way that is driven, map frame, metres; (0, 2) without one."""
+        return self._follower.path
+
+    @property
+    def version(self) -> int:
+        """Changes whenever the map does."""
+        return self._version
+
+    def sense(self, observation: Observation) -> Optional[GridMap]:
+        """Take in what was observed; gives the map, None before there is one."""
+        pose = observation.pose
+        self._passes += 1
+        if pose is not None and self._settings.cautious:
+            self.floor.stand(pose, observation.now_s)
+            if observation.scan is not None and self._passes % LOOK_PASSES == 1:
+                self.floor.see(pose, observation.scan, observation.now_s)
+        if observation.map is None:
+            return None
+        if pose is not None:
+            self._feel(observation, pose)
+        if observation.map_count != self._version:
+            self._version, self.map = observation.map_count, observation.map
+            self._ground = self._field = None
+        if observation.jumped:
+            self.stop()
+        return self.map
+
+    def field(self, pose: Pose2, fresh: bool = False) -> Field:
+        """Ways from here over the newest map; ``fresh`` from exactly here, else from where it was last computed.
+
+        Raises:
+            RuntimeError: there is no map yet.
+        """
+        if self.map is None:
+            raise RuntimeError("ways were asked for before there was a map")
+        if self._field is None or (fresh and self._field_from.distance(pose) > SAME_PLACE_M):
+            if self._ground is None:
+                unknown = self._settings.unknown_passable
+                self._ground = Ground(self.map, PlanSettings(radius_m=DISC_M, unknown_passable=unknown))
+            self._field, self._field_from = Field(self.map, pose, ground=self._ground), pose
+        return self._field
+
+    def go(self, field: Field, cell: Cell, yaw_rad: Optional[float]) -> str:
+        """Drive to a cell and turn to a heading there; gives why not, or an empty text."""
+        path = field.path_to(cell)
+        if len(path) == 0:
+            return "the disc cannot get there"
+        verdict = check_path(field.grid_map, path, DISC_M)
+        if not verdict.clear:
+            return f"the way was refused: {verdict.reason}"
+        self._goal, self._goal_point, self._yaw = cell, np.array(field.grid_map.centre_of(*cell)), yaw_rad
+        self._follower.follow(path, yaw_rad)
+        self._checked = self._version
+        self._blocked_s = 0.0
+        return ""
+
+    def turn(self, pose: Pose2, yaw_rad: float) -> None:
+        """Turn in place to a heading of the map."""
+        self._goal, self._yaw = None, yaw_rad
+        self._follower.follow(np.array([[pose.x, pose.y]]), yaw_rad)
+
+    def stop(self) -> None:
+        """Stand and forget the goal."""
+        self._goal = None
+        self._follower.stop()
+
+    def step(self, observation: Observation) -> Driven:
+        """One pass; ``sense`` comes first."""
+        pose, events = observation.pose, self._events
+        self._events = []
+        if pose is None or observation.odometry is None:
+            self._follower.stop()
+            return Driven(Drives.IDLE, events=tuple(events))
+        if self._backing_m > 0.0:
+            return self._back(events)
+        if len(self._follower.path) == 0:
+            return Driven(Drives.IDLE, events=tuple(events))
+        unmoved = self._stuck(observation.now_s, observation.odometry.pose, pose)
+        if unmoved:
+            events.append(Event(observation.now_s, "stuck", (("x", pose.x), ("y", pose.y))))
+            self._begin_backing(f"told to move, but {unmoved} hardly changed")
+            return self._back(events)
+        fault = self._way_fault(pose)
+        if fault:
+            self.stop()
+            return Driven(Drives.FAILED, Command(), fault, tuple(events))
+        return self._follow(observation, pose, events)
+
+    def _follow(self, observation: Observation, pose: Pose2, events: List[Event]) -> Driven:
+        ahead = self._ahead(observation, pose)
+        cap = self._cap(pose)
+        if ahead < TOUCHING_M:
+            cap = 0.0
+        drive = self._follower.step(pose, ahead, self.field(pose).sees, cap)
+        self._note_move(observation, pose, drive.v_mps, drive.w_radps)
+        if drive.arrived:
+            self._goal = None
+            return Driven(Drives.ARRIVED, Command(), "", tuple(events))
+        standing = ahead < TOUCHING_M and abs(drive.w_radps) < 0.05
+        self._blocked_s = self._blocked_s + LOOP_S if standing else 0.0
+        if self._blocked_s > self._settings.blocked_s:
+            self.stop()
+            reason = f"something stands {ahead:.2f} m ahead"
+            return Driven(Drives.FAILED, Command(), reason, tuple(events), blocked=True)
+        return Driven(Drives.DRIVING, Command(drive.v_mps, drive.w_radps), "", tuple(events))
+
+    def _feel(self, observation: Observation, pose: Pose2) -> None:
+        """Backs off from what was bumped into; the map that comes has it marked."""
+        for bump in observation.bumps:
+            if not bump.pressed:
+                continue
+            details = (("sector", bump.bumper.name), ("x", pose.x), ("y", pose.y))
+            self._events.append(Event(observation.now_s, "bump", details))
+            self._begin_backing(f"bumped, {bump.bumper.name.lower()}")
+
+    def _begin_backing(self, reason: str) -> None:
+        self._follower.stop()
+        self._goal = None
+        self._backing_m = self._settings.back_m
+        self._back_reason = reason
+        self._moves.clear()
+
+    def _back(self, events: List[Event]) -> Driven:
+        """Straight back, where it came from; the goal is given up when this is over."""
+        self._backing_m -= self._settings.back_mps * LOOP_S
+        if self._backing_m <= 0.0:
+            return Driven(Drives.FAILED, Command(), self._back_reason, tuple(events))
+        return Driven(Drives.BACKING, Command(-self._settings.back_mps, 0.0), "", tuple(events))
+
+    def _way_fault(self, pose: Pose2) -> str:
+        """Checks what is left of the way when the map has changed, and plans another when it is no longer clear."""
+        if self._goal is None or self._checked == self._version or self.map is None:
+            return ""
+        self._checked = self._version
+        if check_path(self.map, self._left(pose), DISC_M).clear:
+            return ""
+        field = self.field(pose, fresh=True)
+        if field.reason:
+            return field.reason
+        return self.go(field, self.map.cell_of(*self._goal_point), self._yaw)
+
+    def _left(self, pose: Pose2) -> FloatArray:
+        return np.concatenate([np.array([[pose.x, pose.y]]), self._follower.ahead])
+
+    def _ahead(self, observation: Observation, pose: Pose2) -> float:
+        """Free way ahead by the map, the scan, and what was just seen low, metres from the base's centre."""
+        seen = [self._map_points(pose)]
+        if observation.scan is not None:
+            seen.append(observation.scan.points())
+        if observation.low is not None:
+            seen.append(observation.low.points)
+        return room_ahead(np.concatenate(seen), STRIP_M)
+
+    def _map_points(self, pose: Pose2) -> FloatArray:
+        """(n, 2) centres of the occupied cells around the robot, base frame."""
+        if self.map is None:
+            return np.zeros((0, 2))
+        row, column = self.map.cell_of(pose.x, pose.y)
+        reach = math.ceil((self._near_m + 0.1) / self.map.resolution_m)
+        top, left = max(row - reach, 0), max(column - reach, 0)
+        window = self.map.cells[top : max(row + reach + 1, 0), left : max(column + reach + 1, 0)]
+        cells = np.argwhere(window >= OCCUPIED_AT_LEAST) + np.array([top, left])
+        away = self.map.centres_of(cells) - (pose.x, pose.y)
+        c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        points: FloatArray = np.stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]], axis=1)
+        return points
+
+    def _cap(self, pose: Pose2) -> Optional[float]:
+        """A limit of the speed where the camera has not seen the floor that the robot is about to pass."""
+        if not self._settings.cautious:
+            return None
+        ahead = np.linspace(0.20, 0.32, 3)
+        x, y = np.meshgrid(ahead, (-0.13, 0.0, 0.13))
+        c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        points = np.stack([pose.x + c * x - s * y, pose.y + s * x + c * y], axis=-1).reshape(-1, 2)
+        return None if self.floor.since(points, 0.0).all() else self._settings.touch_mps
+
+    def _note_move(self, observation: Observation, pose: Pose2, v_mps: float, w_radps: float) -> None:
+        if abs(v_mps) < 0.02 and abs(w_radps) < 0.1:
+            self._moves.clear()
+        elif observation.odometry is not None:
+            self._moves.append((observation.now_s, observation.odometry.pose, pose))
+
+    def _stuck(self, now_s: float, odometry: Pose2, pose: Pose2) -> str:
+        """What has hardly changed though the robot was told to move: wheels that spin go on, its place does not."""
+        while self._moves and self._moves[0][0] < now_s - self._settings.stuck_s - LOOP_S:
+            self._moves.popleft()
+        if not self._moves or now_s - self._moves[0][0] < self._settings.stuck_s - 1e-9:
+            return ""
+        if self._stays([odometry_then for _, odometry_then, _ in self._moves] + [odometry]):
+            return "the odometry"
+        return "the place in the map" if self._stays([pose_then for _, _, pose_then in self._moves] + [pose]) else ""
+
+    def _stays(self, poses: List[Pose2]) -> bool:
+        moved = max(poses[0].distance(pose) for pose in poses)
+        turned = max(abs(wrap_angle(pose.yaw_rad - poses[0].yaw_rad)) for pose in poses)
+        return moved < self._settings.stuck_m and turned < self._settings.stuck_rad

@@ -1,0 +1,63 @@
+"""What the sensors have swept, kept in the map frame, whatever happens to the map itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from yarm.exploration.squares import Squares
+from yarm.geometry import BoolArray, FloatArray, Pose2
+from yarm.geometry.scans import Scan
+from yarm.navigation.grid_map import GridMap
+from yarm.robots import turtlebot
+
+EDGE_M = 0.1
+
+
+class SweptGround:
+    """When each square of the ground was last in view; -inf where it never was.
+
+    Args:
+        near_m: nearer ground is not seen.
+        far_m: farther ground is not judged.
+    """
+
+    def __init__(self, near_m: float, far_m: float) -> None:
+        self._near_m, self._far_m = near_m, far_m
+        self._squares = Squares(EDGE_M)
+        self._when: FloatArray = np.full((self._squares.count, self._squares.count), -np.inf)
+
+    def see(self, base: Pose2, scan: Scan, now_s: float) -> None:
+        """A scan from a pose of the base in the map has swept what lies before its hits."""
+        sensor = base.compose(scan.sensor)
+        rows, columns = self._squares.span(sensor.y, self._far_m), self._squares.span(sensor.x, self._far_m)
+        away_y = self._squares.centres(rows.start, rows.stop)[:, None] - sensor.y
+        away_x = self._squares.centres(columns.start, columns.stop)[None, :] - sensor.x
+        c, s = math.cos(sensor.yaw_rad), math.sin(sensor.yaw_rad)
+        ahead, aside = c * away_x + s * away_y, c * away_y - s * away_x
+        row, column = np.nonzero((ahead > 0.0) & (np.abs(aside) <= ahead * abs(math.tan(scan.angle_min_rad))))
+        ahead, aside = ahead[row, column], aside[row, column]
+        distance = np.hypot(ahead, aside)
+        beam = np.rint((np.arctan2(aside, ahead) - scan.angle_min_rad) / scan.angle_increment_rad).astype(np.int64)
+        ranges = np.where(scan.valid(), scan.ranges, 0.0)[np.clip(beam, 0, len(scan.ranges) - 1)]
+        swept = (distance < ranges) & (distance >= self._near_m) & (distance <= self._far_m)
+        self._when[row[swept] + rows.start, column[swept] + columns.start] = now_s
+
+    def stand(self, base: Pose2, now_s: float) -> None:
+        """The robot stands here: the ground under it is known."""
+        rows = self._squares.span(base.y, turtlebot.RADIUS_M)
+        columns = self._squares.span(base.x, turtlebot.RADIUS_M)
+        away_y = self._squares.centres(rows.start, rows.stop)[:, None] - base.y
+        away_x = self._squares.centres(columns.start, columns.stop)[None, :] - base.x
+        self._when[rows, columns][np.hypot(away_y, away_x) <= turtlebot.RADIUS_M + 0.5 * EDGE_M] = now_s
+
+    def since(self, points: FloatArray, since_s: float) -> BoolArray:
+        """(n,) which of points (n, 2) of the map frame have been in view at this time or later."""
+        seen: BoolArray = self._when[self._squares.of_points(points)] >= since_s
+        return seen
+
+    def over(self, grid_map: GridMap, since_s: float) -> BoolArray:
+        """(rows, columns) which cells of a map have been in view at this time or later."""
+        seen: BoolArray = self._when[self._squares.of_map(grid_map)] >= since_s
+        return seen

@@ -1,0 +1,169 @@
+"""What a look around from a place would newly see: rays over the map, for many places at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Sequence, Tuple
+
+import numpy as np
+
+from yarm.geometry import FloatArray, IntArray
+from yarm.navigation.grid_map import GridMap
+
+
+@dataclass(frozen=True)
+class ViewSettings:
+    """The camera, and how it is imitated.
+
+    Attributes:
+        fov_rad: of the camera.
+        range_m: farther is not trusted.
+        near_m: nearer is not seen.
+        directions: rays all round.
+        through_m: so much unknown ground a ray passes before it ends: what lies behind is a guess.
+        tight_m: unknown ground with less clearance than this is most likely a part of the wall that is not seen yet ...
+        tight_factor: ... and ends a ray so many times as soon.
+        decay_m: behind each such length of unknown ground a cell counts 1/e of what it would at the edge.
+    """
+
+    fov_rad: float = np.pi / 3.0
+    range_m: float = 4.5
+    near_m: float = 0.45
+    directions: int = 72
+    through_m: float = 1.5
+    tight_m: float = 0.2
+    tight_factor: float = 6.0
+    decay_m: float = 0.8
+
+
+Look = Tuple[Tuple[int, int], float, float]
+"""A cell to look from, the heading before and the turn after it, radians, + = left."""
+FINE = 180
+"""Rays all round when cells are counted one by one."""
+BLOCK = 8
+"""Steps of a ray between two clearings of rays that have ended."""
+
+
+class Views:
+    """Rays over one map.
+
+    Args:
+        grid_map: the map.
+        worth: (rows, columns) how much seeing a cell would add, in cells; 0 for what is known.
+        room_m: (rows, columns) clearance of each cell, metres.
+        settings: of the camera.
+    """
+
+    def __init__(
+        self, grid_map: GridMap, worth: FloatArray, room_m: FloatArray, settings: ViewSettings = ViewSettings()
+    ) -> None:
+        self._map = grid_map
+        self._settings = settings
+        resolution = grid_map.resolution_m
+        self._steps = int(settings.range_m / resolution)
+        self._pad = self._steps + 2
+        # One lookup a step: NaN ends a ray, anything else is what the cell is worth.
+        values = np.where(grid_map.occupied, np.nan, worth)
+        self._values = np.pad(values, self._pad, constant_values=np.nan).ravel().astype(np.float32)
+        depth = grid_map.unknown * np.where(room_m < settings.tight_m, settings.tight_factor, 1.0)
+        self._depth = np.pad(depth, self._pad).ravel().astype(np.float32)
+        self._width = grid_map.columns + 2 * self._pad
+        most = round(settings.through_m / resolution) + 1
+        self._faded = np.exp(-np.arange(most) * resolution / settings.decay_m).astype(np.float32)
+        self._offsets, self._area = self._fan(grid_map.origin.yaw_rad, settings.directions)
+        self._fine: Optional[IntArray] = None
+
+    def gains(self, cells: IntArray) -> FloatArray:
+        """(n, directions) worth of what a ray from each of cells (n, 2) would see, direction 0 along x."""
+        count, rays = len(cells), self._settings.directions
+        base = (cells[:, 0] + self._pad) * self._width + cells[:, 1] + self._pad
+        owner = np.repeat(np.arange(count), rays)
+        ray = np.tile(np.arange(rays), count)
+        total = np.zeros(count * rays, np.float32)
+        through = np.zeros(count * rays, np.float32)
+        alive = np.arange(count * rays)
+        limit = len(self._faded) - 1
+        for first in range(0, self._steps, BLOCK):
+            steps = slice(first, min(first + BLOCK, self._steps))
+            at = base[owner[alive]][:, None] + self._offsets[ray[alive], steps]
+            values = self._values[at]
+            ended = np.isnan(values)
+            open_cells = np.cumsum(ended, axis=1) == 0
+            seen = np.where(open_cells, values, 0.0)
+            behind = through[alive][:, None] + np.cumsum(self._depth[at], axis=1)
+            total[alive] += (seen * self._faded[np.minimum(behind, limit).astype(np.int32)]) @ self._area[steps]
+            through[alive] = behind[:, -1]
+            alive = alive[open_cells[:, -1] & (through[alive] < limit)]
+            if len(alive) == 0:
+                break
+        gains: FloatArray = total.reshape(count, rays).astype(float)
+        return gains
+
+    def shown(self, cell: Tuple[int, int], heading_rad: float, turn_rad: float) -> IntArray:
+        """(n, 2) cells worth seeing that a turn at a place would show, by the same rays as the gain."""
+        settings = self._settings
+        middle = heading_rad + 0.5 * turn_rad
+        angles = 2.0 * np.pi * np.arange(settings.directions) / settings.directions
+        apart = np.abs(np.remainder(angles - middle + np.pi, 2.0 * np.pi) - np.pi)
+        rays = apart <= 0.5 * (abs(turn_rad) + settings.fov_rad)
+        base = (cell[0] + self._pad) * self._width + cell[1] + self._pad
+        at = base + self._offsets[rays]
+        values = self._values[at]
+        before = np.cumsum(np.isnan(values), axis=1) == 0
+        through = np.cumsum(self._depth[at], axis=1) * self._map.resolution_m
+        flat = np.unique(at[before & (values > 0.0) & (through <= settings.through_m + self._map.resolution_m * BLOCK)])
+        shown: IntArray = np.stack([flat // self._width - self._pad, flat % self._width - self._pad], axis=1)
+        return shown
+
+    def together(self, looks: Sequence[Look]) -> float:
+        """Worth of what several looks show, every cell that a ray hits counted once, at its best."""
+        if self._fine is None:
+            self._fine = self._fan(self._map.origin.yaw_rad, FINE)[0]
+        angles = 2.0 * np.pi * np.arange(FINE) / FINE
+        rays = []
+        for (row, column), heading_rad, turn_rad in looks:
+            apart = np.abs(np.remainder(angles - heading_rad - 0.5 * turn_rad + np.pi, 2.0 * np.pi) - np.pi)
+            chosen = apart <= 0.5 * (abs(turn_rad) + self._settings.fov_rad)
+            rays.append((row + self._pad) * self._width + column + self._pad + self._fine[chosen])
+        at = np.concatenate(rays)
+        values = self._values[at]
+        before = np.logical_and.accumulate(~np.isnan(values), axis=1)
+        behind = np.cumsum(self._depth[at], axis=1)
+        counts = before & (values > 0.0) & (behind < len(self._faded) - 1)
+        counts[:, : int(self._settings.near_m / self._map.resolution_m)] = False
+        cells, worth = at[counts], values[counts] * self._faded[behind[counts].astype(np.int32)]
+        order = np.argsort(worth, kind="stable")
+        best = np.zeros(len(self._values), np.float32)
+        best[cells[order]] = worth[order]
+        return float(best.sum())
+
+    def _fan(self, yaw_rad: float, directions: int) -> Tuple[IntArray, FloatArray]:
+        """Flat offsets (directions, steps) of the cells along each ray, and the area (steps,) in cells of a step."""
+        settings, resolution = self._settings, self._map.resolution_m
+        angles = 2.0 * np.pi * np.arange(directions) / directions - yaw_rad
+        radii = np.arange(1, self._steps + 1, dtype=float)
+        columns = np.rint(np.cos(angles)[:, None] * radii).astype(np.int64)
+        rows = np.rint(np.sin(angles)[:, None] * radii).astype(np.int64)
+        area = radii * (2.0 * np.pi / directions)
+        area[radii * resolution < settings.near_m] = 0.0
+        return rows * self._width + columns, area.astype(np.float32)
+
+
+def sweeps(gains: FloatArray, heading_rad: FloatArray, turns_rad: FloatArray, fov_rad: float) -> FloatArray:
+    """(n, turns) what is seen from each place when the robot arrives in a heading (n,) and then turns (m,), + = left.
+
+    Args:
+        gains: (n, directions), direction 0 along x.
+        heading_rad: (n,) at arrival.
+        turns_rad: (m,) turns in place, at most a full one.
+        fov_rad: of the camera.
+    """
+    rays = gains.shape[1]
+    summed = np.concatenate([np.zeros((len(gains), 1)), np.cumsum(np.tile(gains, (1, 3)), axis=1)], axis=1)
+    per_ray = 2.0 * np.pi / rays
+    low = heading_rad[:, None] + np.minimum(turns_rad, 0.0)[None, :] - 0.5 * fov_rad
+    width = np.minimum(np.rint((np.abs(turns_rad) + fov_rad) / per_ray), rays).astype(np.int64)
+    first = np.mod(np.rint(low / per_ray).astype(np.int64), rays)
+    rows = np.arange(len(gains))[:, None]
+    seen: FloatArray = summed[rows, first + width[None, :]] - summed[rows, first]
+    return seen

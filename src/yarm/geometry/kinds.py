@@ -1,0 +1,25 @@
+"""What an object of the cell is."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class ObjectKind(str, Enum):
+    """What an object is: equal to the word of ObjectRegistry, MapMetaData and scene files."""
+
+    MOBILE = "Mobile"
+    MANIPULATOR = "Manipulator"
+    DEBRIS = "Debris"
+    TARGET = "Target"
+    OBSTACLE = "Obstacle"
+
+    def __str__(self) -> str:
+        """The word."""
+        return str(self.value)
+
+
+GOAL_KINDS = (ObjectKind.DEBRIS, ObjectKind.TARGET)
+"""What robots are sent to."""
+ROBOT_KINDS = (ObjectKind.MOBILE, ObjectKind.MANIPULATOR)
+"""What moves by itself, and has an action server."""

@@ -1,0 +1,1 @@
+"""One robot visits known boxes, reads their tags and comes home in time."""

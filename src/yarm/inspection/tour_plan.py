@@ -1,0 +1,115 @@
+"""Viewpoints and order solved together: which view of which box next, so that the whole round is cheapest."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, Dict, List, Sequence, Tuple
+
+import numpy as np
+
+from yarm.geometry import FloatArray, Pose2
+from yarm.inspection.boxes import Box
+from yarm.inspection.times import DriveTimes
+from yarm.inspection.tour import MOST_EXACT, Tour, exact_tour, greedy_tour
+from yarm.inspection.viewpoints import Viewpoint, viewpoint
+
+DISTANCES_M = (0.45, 0.55, 0.65, 0.8, 0.95)
+ANGLES_DEG = (0, 20, -20, 40, -40, 60, -60)
+FAR_DISTANCES_M, FLAT_ANGLES_DEG = (0.8, 0.95, 1.1, 1.25), (70, -70, 75, -75)
+"""Tried only where none of the others can be reached: such looks seldom decide."""
+MOST_VIEWS = 12
+"""Views of a box that take part in the tour; the likeliest ones."""
+AGAIN_S = 25.0
+"""What a view that does not decide costs: coming back for another."""
+LEAST_CHANCE = 0.05
+
+Lengths = Callable[[Pose2, Sequence[Pose2]], FloatArray]
+"""Length of the way from a pose to each of some others, metres; inf where there is none."""
+Chance = Callable[[Box, Viewpoint], float]
+"""Probability that a view of a box decides what is on it."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The rest of a round.
+
+    Attributes:
+        views: in visiting order.
+        cost_s: expected, with the way home and the price of views that may not decide.
+        unreachable: boxes without any view that can be reached.
+    """
+
+    views: Tuple[Viewpoint, ...]
+    cost_s: float
+    unreachable: Tuple[int, ...]
+
+
+class Planner:
+    """Solves the rest of a round from wherever the robot stands."""
+
+    def __init__(self, lengths: Lengths, chance: Chance) -> None:
+        """Plan with these ways and chances."""
+        self._lengths = lengths
+        self._ask = chance
+        self._chances: Dict[Tuple[Box, Viewpoint], float] = {}
+
+    def candidates(self, box: Box, here: Pose2) -> List[Viewpoint]:
+        """Views of a box that can be reached and may decide, the likeliest first."""
+        usual = self._able(box, here, DISTANCES_M, ANGLES_DEG)
+        return usual or self._able(box, here, FAR_DISTANCES_M, FLAT_ANGLES_DEG)
+
+    def _able(self, box: Box, here: Pose2, distances_m: Sequence[float], angles_deg: Sequence[int]) -> List[Viewpoint]:
+        views = [viewpoint(box, distance, angle) for distance in distances_m for angle in angles_deg]
+        chances = [self.chance_of(box, view) for view in views]
+        reached = np.isfinite(self._lengths(here, [view.pose for view in views]))
+        order = sorted(range(len(views)), key=lambda i: (-chances[i], i))
+        good = [i for i in order if reached[i] and chances[i] >= LEAST_CHANCE]
+        return [views[i] for i in good[:MOST_VIEWS]]
+
+    def chance_of(self, box: Box, view: Viewpoint) -> float:
+        """Probability that a view decides; asked once for each, as the boxes do not move."""
+        if (box, view) not in self._chances:
+            self._chances[box, view] = self._ask(box, view)
+        return self._chances[box, view]
+
+    def plan(self, here: Pose2, home: Pose2, boxes: Sequence[Box], seen: Dict[int, List[Viewpoint]]) -> Plan:
+        """The cheapest round over these boxes.
+
+        Args:
+            here: where the robot stands.
+            home: where it ends.
+            boxes: that are left.
+            seen: views already taken of a box, which are not taken again.
+        """
+        views: List[Viewpoint] = []
+        prices: List[float] = []
+        unreachable = []
+        for box in boxes:
+            taken = {(view.distance_m, view.angle_deg) for view in seen.get(box.number, [])}
+            fresh = [v for v in self.candidates(box, here) if (v.distance_m, v.angle_deg) not in taken]
+            if not fresh:
+                unreachable.append(box.number)
+            views += fresh
+            prices += [(1.0 / max(self.chance_of(box, view), LEAST_CHANCE) - 1.0) * AGAIN_S for view in fresh]
+        if not views:
+            return Plan(
+                (), DriveTimes.undisturbed_s(float(self._lengths(here, [home])[0]), here, home), tuple(unreachable)
+            )
+        tour = self._solve(here, home, views, prices)
+        return Plan(tuple(views[i] for i in tour.stops), tour.cost, tuple(unreachable))
+
+    def _solve(self, here: Pose2, home: Pose2, views: Sequence[Viewpoint], prices: Sequence[float]) -> Tour:
+        poses = [view.pose for view in views]
+        n = len(poses)
+        costs = np.full((n + 1, n + 1), math.inf)
+        for i, pose in enumerate(poses):
+            costs[i, :n] = self._times(pose, poses) + np.array(prices)
+            costs[i, n] = self._times(pose, [home])[0]
+        costs[n, :n] = self._times(here, poses) + np.array(prices)
+        box_of = [view.box for view in views]
+        return exact_tour(costs, box_of) if len(set(box_of)) <= MOST_EXACT else greedy_tour(costs, box_of)
+
+    def _times(self, start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
+        lengths = self._lengths(start, goals)
+        return np.array([DriveTimes.undisturbed_s(float(way), start, goal) for way, goal in zip(lengths, goals)])

@@ -1,0 +1,1 @@
+"""Ways over a floor: every cell once, and from checkpoint to checkpoint."""

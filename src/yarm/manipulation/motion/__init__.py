@@ -1,0 +1,1 @@
+"""Motions in time, checkpoints, and the tour that joins them."""

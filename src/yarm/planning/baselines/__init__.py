@@ -1,0 +1,1 @@
+"""Other planners behind the same interface."""

@@ -1,0 +1,1 @@
+"""Columns of cells as bits, shapes of robots, and where a robot may stand and move."""

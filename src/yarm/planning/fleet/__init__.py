@@ -1,0 +1,1 @@
+"""Planning for several robots at once: YARM."""

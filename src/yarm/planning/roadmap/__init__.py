@@ -1,0 +1,1 @@
+"""Particles, the graph over them, and the search on it."""

@@ -1,0 +1,1 @@
+"""The commander node and its command line."""

@@ -1,0 +1,1 @@
+"""What every node uses: names, clock, parameters, conversions."""

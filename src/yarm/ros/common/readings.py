@@ -1,0 +1,92 @@
+"""What a TurtleBot measures, from messages: checked, and as the values the rest of the package works with."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Callable, Optional, Tuple
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Odometry as OdometryMessage
+from sensor_msgs.msg import Image, LaserScan
+
+from yarm.geometry.scans import Odometry, Scan
+from yarm.msg import BumperEvent as BumperMessage
+from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
+from yarm.ros.common.checks import Doorkeeper, pose_fault, stamp_fault
+from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.exploration.frames import Frames
+
+IMAGE_BYTES = 2**21
+
+
+def listen(topic: str, kind: type, take: Callable[[Any], str], queue: int) -> rospy.Subscriber:
+    """Subscribe; whoever sends what ``take`` finds fault with is named."""
+    door = Doorkeeper(topic)
+
+    def on_message(message: object) -> None:
+        door.refuses(message, take(message))
+
+    return rospy.Subscriber(
+        topic, kind, on_message, queue_size=queue, buff_size=max(65536, 2 * IMAGE_BYTES), tcp_nodelay=True
+    )
+
+
+def read_scan(
+    message: LaserScan, frames: Frames, base_frame: str, now_s: float, before_s: float
+) -> Tuple[Optional[Scan], str]:
+    """The scan, or what is wrong with it.
+
+    Args:
+        message: as it came.
+        frames: to find the sensor on the robot.
+        base_frame: the robot's frame.
+        now_s: the present; 0 when it is not known.
+        before_s: stamp of the newest one taken.
+    """
+    stamp_s = message.header.stamp.to_sec()
+    frame = message.header.frame_id.lstrip("/")
+    sensor = frames.between(base_frame, frame)
+    if sensor is None:
+        return None, f"frame {frame!r} is not known in {base_frame}; who publishes its transform?"
+    if not all(math.isfinite(v) for v in (message.angle_min, message.angle_increment, message.range_min)):
+        return None, "its angles or limits are no numbers"
+    fault = stamp_fault(stamp_s, now_s) or _older(stamp_s, before_s)
+    if fault:
+        return None, fault
+    ranges = np.array(message.ranges, dtype=np.float32)
+    limits = message.range_min, message.range_max
+    return Scan(stamp_s, ranges, message.angle_min, message.angle_increment, *limits, sensor), ""
+
+
+def read_odometry(message: OdometryMessage, now_s: float, before_s: float) -> Tuple[Optional[Odometry], str]:
+    """The odometry, or what is wrong with it; times as of :func:`read_scan`."""
+    stamp_s = message.header.stamp.to_sec()
+    fault = pose_fault(message.pose.pose) or stamp_fault(stamp_s, now_s) or _older(stamp_s, before_s)
+    if fault:
+        return None, fault
+    twist = message.twist.twist
+    return Odometry(stamp_s, pose2_of_pose(message.pose.pose), twist.linear.x, twist.angular.z), ""
+
+
+def read_bumper(message: BumperMessage) -> Tuple[Optional[BumperEvent], str]:
+    """The change of the bumper, or what is wrong with it."""
+    if message.bumper not in tuple(Bumper) or message.state not in (BumperMessage.RELEASED, BumperMessage.PRESSED):
+        return None, f"bumper {message.bumper}, state {message.state} mean nothing"
+    return BumperEvent(Bumper(message.bumper), message.state == BumperMessage.PRESSED), ""
+
+
+def image_fault(message: Image) -> str:
+    """What is wrong with a depth image; empty when it can be used."""
+    if (message.width, message.height) != (CAMERA_WIDTH_PX, CAMERA_HEIGHT_PX):
+        return f"{message.width} x {message.height} pixels, expected {CAMERA_WIDTH_PX} x {CAMERA_HEIGHT_PX}"
+    if message.encoding != "32FC1" or message.is_bigendian:
+        return f"encoding {message.encoding!r}, expected 32FC1, little-endian, metres"
+    if len(message.data) != 4 * message.width * message.height:
+        return f"{len(message.data)} bytes for {message.width} x {message.height} pixels of 4 bytes"
+    return ""
+
+
+def _older(stamp_s: float, before_s: float) -> str:
+    """A stamp before the newest one taken."""
+    return f"its stamp {stamp_s:.3f} s is before {before_s:.3f} s, the newest" if stamp_s < before_s else ""

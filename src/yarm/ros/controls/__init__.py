@@ -1,0 +1,1 @@
+"""The multi_robot_controls_server node."""

@@ -1,0 +1,1 @@
+"""The run_experiment node and its launcher."""

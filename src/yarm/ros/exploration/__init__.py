@@ -1,0 +1,1 @@
+"""Nodes of the exploration: the explorer and the velocity gate behind it."""

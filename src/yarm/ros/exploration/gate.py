@@ -1,0 +1,101 @@
+"""Node ``velocity_gate``: stands between the multiplexer and the base; see ``yarm.exploration.deadline``.
+
+It answers every command with one of its own, and says zero again and again while none comes: a dead explorer, or a dead
+multiplexer, means zero, and a dead gate leaves the base without commands, which stops it too.
+"""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Clock
+
+from yarm.exploration.deadline import COMMAND_AGE_S, Gate, Lease, Passed
+from yarm.exploration.model import LOOP_S, Command
+from yarm.msg import ExplorerStatus, StepAck
+from yarm.ros.common import names
+from yarm.ros.common.acks import step_ack
+from yarm.ros.common.checks import Doorkeeper
+from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.params import load_params
+from yarm.ros.exploration.params import GateParams
+
+SILENT_S = COMMAND_AGE_S + LOOP_S
+"""When no command has come for so long the gate speaks by itself, every pass of the explorer's loop, s."""
+
+
+class VelocityGate:
+    """Ties the gate to topics. Every callback takes the lock."""
+
+    def __init__(self, params: GateParams) -> None:
+        """Listen and advertise; all work is done in callbacks."""
+        self._sync = params.sync
+        self._lock = threading.Lock()
+        self._gate = Gate()
+        self._now_s, self._sent_s = 0.0, 0.0
+        self._reason, self._own = "", 0
+        self._door = Doorkeeper(names.explorer("status"))
+        self._base = rospy.Publisher(names.BASE_VELOCITY, Twist, queue_size=10, tcp_nodelay=True)
+        self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._input = rospy.Subscriber("~input", Twist, self._on_command, queue_size=10, tcp_nodelay=True)
+        self._clock = ClockWatch()
+        self._clock.on_reset(self._on_clock_reset)
+        self._subscribers = [
+            rospy.Subscriber(
+                names.explorer("status"), ExplorerStatus, self._on_status, queue_size=10, tcp_nodelay=True
+            ),
+            rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True),
+        ]
+
+    def _on_status(self, message: ExplorerStatus) -> None:
+        stamp_s = message.header.stamp.to_sec()
+        lease = Lease(stamp_s, message.started.to_sec(), message.deadline.to_sec(), message.moving)
+        with self._lock:
+            self._now_s = max(self._now_s, rospy.get_time())
+            taken = self._gate.hear(lease, self._now_s)
+        self._door.refuses(message, "" if taken else f"its stamp {stamp_s:.2f} s lies in the future")
+
+    def _on_command(self, message: Twist) -> None:
+        with self._lock:
+            self._now_s = max(self._now_s, rospy.get_time())
+            self._gate.want(Command(message.linear.x, message.angular.z), self._now_s)
+            self._send(self._gate.step(self._now_s))
+
+    def _on_clock(self, message: Clock) -> None:
+        with self._lock:
+            self._now_s = message.clock.to_sec()
+            passed = self._gate.step(self._now_s)
+            since_s = self._now_s - self._sent_s
+            if since_s >= SILENT_S or (passed.reason and passed.reason != self._reason):
+                self._own += 1 if self._base.get_num_connections() else 0
+                self._send(passed)
+            if self._sync:
+                self._acknowledge(message.clock)
+
+    def _acknowledge(self, stamp: rospy.Time) -> None:
+        """Lock-step: this tick is done, as soon as the node is connected on both sides; what it said unasked counts."""
+        if self._base.get_num_connections() and self._input.get_num_connections():
+            self._ack.publish(step_ack(stamp, self._own))
+
+    def _send(self, passed: Passed) -> None:
+        if passed.reason != self._reason:
+            self._reason = passed.reason
+            rospy.loginfo("gate at %.1f s: %s", self._now_s, passed.reason or "lets commands through")
+        message = Twist()
+        message.linear.x, message.angular.z = passed.command.v_mps, passed.command.w_radps
+        self._sent_s = self._now_s
+        self._base.publish(message)
+
+    def _on_clock_reset(self) -> None:
+        with self._lock:
+            self._gate.reset()
+            self._sent_s = 0.0
+
+
+def main() -> None:
+    """Run the node until it is shut down."""
+    rospy.init_node(names.GATE_NODE)
+    VelocityGate(load_params(GateParams))
+    rospy.spin()

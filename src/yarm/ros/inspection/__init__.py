@@ -1,0 +1,1 @@
+"""Nodes of the inspection: the recogniser of tags, and the inspector that drives a round."""

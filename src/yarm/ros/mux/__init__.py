@@ -1,0 +1,1 @@
+"""The node that lets one of several sources of velocity commands through."""

@@ -1,0 +1,1 @@
+"""Nodes of one robot in a room."""

@@ -1,0 +1,1 @@
+"""The node that simulates a room with a TurtleBot in it."""

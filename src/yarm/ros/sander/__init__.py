@@ -1,0 +1,1 @@
+"""The hc10_state_machine node."""

@@ -1,0 +1,1 @@
+"""What stops a robot before it touches: clearances ahead, and the monitor's verdicts."""

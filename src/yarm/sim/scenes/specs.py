@@ -1,0 +1,82 @@
+"""What stands in a scene: mobile robots, manipulators, and things that come and go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Tuple
+
+from yarm.geometry import GridSpec
+from yarm.robots.hc10 import AT_ORIGIN, Station
+
+HALF_CELL_M = GridSpec().upper[0]
+"""The mapped volume is x, y in [-HALF_CELL_M, HALF_CELL_M), metres."""
+
+
+@dataclass(frozen=True)
+class RobotSpec:
+    """A mobile robot at its start: body centre on the floor, metres, and heading of its arm, rad."""
+
+    name: str
+    type: str
+    x: float
+    y: float
+    heading_rad: float
+
+
+@dataclass(frozen=True)
+class ArmSpec:
+    """A manipulator; where it is bolted in its station and folded is in config/cell/hc10.yaml.
+
+    Attributes:
+        name: unique name.
+        type: one of ARM_TYPES.
+        tucked: it stays folded and takes no orders: to everybody it is an Obstacle.
+        station: where its stand, table and part are, and how it is folded.
+    """
+
+    name: str
+    type: str
+    tucked: bool = False
+    station: Station = AT_ORIGIN
+
+
+@dataclass(frozen=True)
+class FixtureSpec:
+    """A stand or a table with its part.
+
+    Attributes:
+        name: unique name.
+        type: one of STATION_FIXTURES.
+        station: whose it is.
+    """
+
+    name: str
+    type: str
+    station: Station = AT_ORIGIN
+
+
+@dataclass(frozen=True)
+class ThingSpec:
+    """Debris, a target or an obstacle.
+
+    Attributes:
+        name: unique name.
+        kind: "Debris", "Target" or "Obstacle".
+        x: centre, metres, world.
+        y: centre, metres, world.
+        z: centre, metres, world.
+        yaw_rad: heading, rad.
+        size: obstacles that are boxes: along x, y, z, metres; else empty.
+        registered: obstacles: whether anybody is told of it, or it can only be seen.
+        model: file of the description (URDF or xacro) it is drawn from; empty for the package's debris or a box.
+    """
+
+    name: str
+    kind: str
+    x: float
+    y: float
+    z: float
+    yaw_rad: float = 0.0
+    size: Tuple[float, ...] = ()
+    registered: bool = True
+    model: str = ""

@@ -1,0 +1,1 @@
+"""Depth cameras and their rays."""

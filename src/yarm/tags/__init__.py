@@ -1,0 +1,1 @@
+"""Image tags on boxes: their pictures, features, and recognition; no ROS."""

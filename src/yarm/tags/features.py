@@ -1,0 +1,110 @@
+"""Keypoints with descriptors, and good matches between two images; the library's detectors behind one face.
+
+A match is good when the nearest descriptor is much nearer than the second nearest (D. Lowe, *Distinctive image
+features from scale-invariant keypoints*, 2004). SURF is not in Debian's OpenCV, whose build leaves non-free parts out;
+it is offered where the installed build has it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict, List, Optional, Tuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from yarm.geometry import FloatArray, IntArray
+from yarm.tags.motifs import GreyImage
+
+Descriptors = npt.NDArray[Any]
+HESSIAN_THRESHOLD = 300.0
+"""Of SURF, as in the report."""
+ORB_FEATURES = 1500
+"""Most keypoints that ORB keeps."""
+BITS = ("orb", "akaze")
+"""Detectors whose descriptors are bits."""
+
+
+class DetectorError(ValueError):
+    """This detector is not known, or the installed OpenCV does not have it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """What a detector finds in an image.
+
+    Attributes:
+        points: (n, 2) pixels.
+        descriptors: (n, d), float32, or uint8 where they are bits.
+    """
+
+    points: FloatArray
+    descriptors: Descriptors
+
+    def __len__(self) -> int:
+        """Number of keypoints."""
+        return len(self.points)
+
+
+def available_detectors() -> Tuple[str, ...]:
+    """Names that ``Detector`` takes with the installed OpenCV."""
+    names = ["sift", "orb", "akaze"]
+    return tuple([*names, "surf"] if _surf() is not None else names)
+
+
+class Detector:
+    """Finds and matches features; one instance may be used for any number of images, by one thread at a time."""
+
+    def __init__(self, name: str = "sift") -> None:
+        """Make a detector.
+
+        Raises:
+            DetectorError: no such detector here.
+        """
+        if name not in available_detectors():
+            raise DetectorError(f"detector {name!r}: the installed OpenCV has {', '.join(available_detectors())}")
+        makers: Dict[str, Any] = {
+            "sift": cv2.SIFT_create,
+            "orb": lambda: cv2.ORB_create(ORB_FEATURES),
+            "akaze": cv2.AKAZE_create,
+            "surf": _surf,
+        }
+        self.name = name
+        self._detector = makers[name]()
+
+    def find(self, image: GreyImage, mask: Optional[GreyImage] = None) -> Features:
+        """Keypoints of a grey image, where the mask, if any, is not 0."""
+        keypoints, descriptors = self._detector.detectAndCompute(image, mask)
+        if descriptors is None or not len(keypoints):
+            width = self._detector.descriptorSize()
+            kind = np.uint8 if self.name in BITS else np.float32
+            return Features(np.zeros((0, 2)), np.zeros((0, width), kind))
+        return Features(np.array([k.pt for k in keypoints], dtype=float), descriptors)
+
+    def good_matches(self, tag: Features, scene: Features, ratio: float) -> IntArray:
+        """(m, 2) indices of matching keypoints, of the tag and of the scene: nearest < ratio x second nearest."""
+        if len(tag) == 0 or len(scene) < 2:
+            return np.zeros((0, 2), np.int64)
+        pairs = self._matcher().knnMatch(tag.descriptors, scene.descriptors, k=2)
+        good: List[Tuple[int, int]] = [
+            (pair[0].queryIdx, pair[0].trainIdx)
+            for pair in pairs
+            if len(pair) == 2 and pair[0].distance < ratio * pair[1].distance
+        ]
+        return np.array(good, dtype=np.int64).reshape(-1, 2)
+
+    def _matcher(self) -> Any:
+        """Brute force: exact, the same every time, and for some hundred descriptors quicker than FLANN's trees."""
+        return cv2.BFMatcher(cv2.NORM_HAMMING if self.name in BITS else cv2.NORM_L2)
+
+
+def _surf() -> Any:
+    """SURF of the installed OpenCV, or None."""
+    module = getattr(cv2, "xfeatures2d", None)
+    if module is None or not hasattr(module, "SURF_create"):
+        return None
+    try:
+        return module.SURF_create(HESSIAN_THRESHOLD)
+    except cv2.error:  # the build has the name but not the code
+        return None

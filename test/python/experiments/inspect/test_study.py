@@ -1,0 +1,64 @@
+"""The inspection study: its trials, results as plain values and back, the table and its rows."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from pathlib import Path
+from typing import Dict, Tuple
+
+from yarm.experiments.inspect.study import (
+    NUMBERS,
+    InspectResult,
+    InspectSpec,
+    rounds,
+    run_trial,
+    specs_of,
+    table,
+    write_rows,
+)
+
+NUMBERS_OF_ONE: Dict[str, float] = dict.fromkeys(NUMBERS, 1.0)
+
+
+def result(controller: str, right: int, end_s: float, unread: Tuple[Tuple[int, str], ...] = ()) -> InspectResult:
+    numbers = {**NUMBERS_OF_ONE, "right": float(right), "end_s": end_s}
+    return InspectResult(InspectSpec("open", 0, controller, 0), True, 10, numbers, unread)
+
+
+def test_trials_are_paired_and_kinds_alternate() -> None:
+    specs = specs_of(5)
+    assert [spec.kind for spec in specs[::2]] == ["open", "wall", "cluster", "corridor", "open"]
+    assert [spec.controller for spec in specs[:2]] == ["report", "yarm"]
+    assert len({spec.key for spec in specs_of(100)}) == 200
+
+
+def test_results_come_back_from_plain_values() -> None:
+    before = result("yarm", 9, 120.0, ((4, "in doubt after 3 views"),))
+    assert InspectResult.from_json(json.loads(json.dumps(before.to_json()))) == before
+
+
+def test_the_table_counts_rounds_and_names_what_was_not_read() -> None:
+    text = table([result("report", 8, 300.0), result("yarm", 10, 100.0), result("yarm", 9, 120.0, ((4, "in doubt"),))])
+    rows = [line for line in text.splitlines() if line.startswith("| ")]
+    assert rows[2].split(" | ")[1:4] == ["1", "0", "8 of 10"]
+    assert rows[3].split(" | ")[1:4] == ["2", "1", "19 of 20"]
+    assert "open_0-yarm-0000, box 4: in doubt" in text
+
+
+def test_rows_are_written(tmp_path: Path) -> None:
+    write_rows([result("yarm", 10, 100.0)], tmp_path / "rows.csv")
+    header, row = (tmp_path / "rows.csv").read_text().splitlines()
+    assert header.startswith("layout,controller,seed,kept,boxes,right") and row.startswith("open_0,yarm,0,1,10,10")
+
+
+def test_a_trial_of_ours(tmp_path: Path) -> None:
+    spec = InspectSpec("corridor", 1, "yarm", 0)
+    found = run_trial(spec)
+    assert found.spec == spec and found.kept and found.boxes == 10 and found.numbers["named_wrong"] == 0.0
+    assert dataclasses.asdict(found)["numbers"].keys() == set(NUMBERS)
+    kept = tmp_path / "inspect_trials"
+    kept.mkdir()
+    options = argparse.Namespace(layouts=0, scheduler="", workers=1)
+    assert "controller" in rounds(options, tmp_path, lambda done, whole, key: None)

@@ -1,0 +1,64 @@
+"""Each known fault shows in the report's round when it is switched on."""
+
+from __future__ import annotations
+
+import math
+from typing import List
+
+from python.experiments.inspect_samples import only
+from yarm.experiments.inspect.eyes import Camera, PrintedEyes, boxes_of
+from yarm.experiments.inspect.measures import measure
+from yarm.experiments.inspect.pilot import known_map
+from yarm.experiments.inspect.record import LookRecord, RoundRecord
+from yarm.experiments.inspect.runner import run_round
+from yarm.experiments.inspect.switches import SLEEP_S, Switches
+from yarm.geometry import Pose2
+from yarm.inspection.model import BLANK
+from yarm.sim.scenes.arena import Arena, Block
+from yarm.sim.scenes.layout import Layout, walls
+from yarm.sim.scenes.layout_maker import make_layout
+
+ONE = only(make_layout("corridor", 0), (3,))
+
+
+def turns_at_the_box(record: RoundRecord) -> List[float]:
+    """How far the robot turned between the looks at the box, rad."""
+    yaws = [row.true_yaw for row in record.path if row.doing == "look"]
+    return [abs(math.remainder(b - a, 2.0 * math.pi)) for a, b in zip(yaws, yaws[1:]) if a != b]
+
+
+def test_loose_headings_sleeps_and_the_printed_vote() -> None:
+    plain = run_round(ONE, "report", 1)
+    faulty = run_round(ONE, "report", 1, Switches(loose_heading=True, sleeps=True, printed_vote=True))
+    assert max(turns_at_the_box(plain)) > 0.05 and max(turns_at_the_box(faulty), default=0.0) < 0.02
+    looked, asleep = measure(plain).looking_s, measure(faulty).looking_s
+    images = len(plain.looks)
+    assert images == 21 == len(faulty.looks) and abs(asleep - looked - images * SLEEP_S) < 0.11 * 3
+    whole = max(seen.keypoints for look in faulty.looks for seen in look.sightings)
+    assert whole > max(seen.keypoints for look in plain.looks for seen in look.sightings)
+
+
+def facing_a_back() -> Layout:
+    """Box 1 looks at the back of box 2, which stands where it would be seen from straight ahead at 0.5 m."""
+    size = (0.16, 0.5, 0.4)
+    boxes = [Block(f"box_{i + 1}", "box", Pose2(0.55 * i, 0.0), size) for i in range(2)]
+    lower, upper = (-2.0, -2.0), (2.0, 2.0)
+    arena = Arena("two", "custom", 0, lower, upper, (*walls(lower, upper), *boxes), Pose2(-1.0, -1.0))
+    return Layout(arena, (7, 3))
+
+
+def test_a_map_without_boxes_lets_the_robot_choose_what_it_cannot_reach() -> None:
+    layout = facing_a_back()
+    grid = known_map(layout.arena, boxes=False)
+    assert {int(grid.cells[grid.cell_of(box.pose.x, box.pose.y)]) for box in boxes_of(layout)} == {0}
+    seeing = measure(run_round(layout, "report", 1))
+    blind = run_round(layout, "report", 1, Switches(empty_map=True, no_neighbours=True))
+    assert seeing.goals_failed == 0 and measure(blind).goals_failed == 2
+    assert [verdict.box for verdict in blind.verdicts if "was not reached" in verdict.reason] == [1]
+    careless = run_round(layout, "report", 1, Switches(empty_map=True, no_neighbours=True, goals_ignored=True))
+    assert sum(look.box == 1 for look in careless.looks) == 21, "pictures of something else are filed under this box"
+
+
+def test_no_image_is_blank_for_the_printed_vote() -> None:
+    kept: List[LookRecord] = []
+    assert PrintedEyes(ONE, Camera(ONE, 1), kept.append).reading(1).tag == BLANK

@@ -1,0 +1,71 @@
+"""Files of a round: complete, plain, the result as it was published and as ours."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any, Dict, List
+
+import yaml
+
+from python.experiments.inspect_samples import SMALL, ours, report, told
+from yarm.experiments.inspect.writers import FILES, REPORT_FILES, run_folder, write_inspection
+from yarm.inspection.model import UNKNOWN, UNSEEN
+
+
+def rows_of(path: Path) -> List[Dict[str, Any]]:
+    with path.open() as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_everything_of_our_round_is_written(tmp_path: Path) -> None:
+    folder = run_folder(tmp_path, "open_0", "yarm", 1)
+    write_inspection(ours(), SMALL.arena, folder, {"round": {"views": 3}}, {"numpy": "1"})
+    assert folder == tmp_path / "inspect" / "open_0" / "yarm" / "1"
+    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
+    summary = yaml.safe_load((folder / "summary.yaml").read_text())
+    assert summary["success"] is True and summary["right"] == 4 and summary["kept"] is True
+    assert summary["parameters"] == {"round": {"views": 3}} and summary["versions"].keys() == {"opencv", "numpy"}
+    assert all(text.endswith("right") for text in summary["verdicts"].values()) and summary["detector"] == "sift"
+    boxes = yaml.safe_load((folder / "result.yaml").read_text())["boxes"]
+    assert [row["box"] for row in boxes] == [verdict.box for verdict in ours().verdicts]
+    assert [row["read"] for row in rows_of(folder / "result.csv")] == [row["read"] for row in boxes]
+    lines = (folder / "result.txt").read_text().splitlines()
+    assert lines[0] == "Tag is 0 means blank" and len(lines) == 5 and lines[1].startswith("boxNumber: ")
+
+
+def test_every_image_has_a_row_for_every_answer(tmp_path: Path) -> None:
+    write_inspection(ours(), SMALL.arena, tmp_path)
+    rows = rows_of(tmp_path / "views.csv")
+    assert len(rows) == 17 * len(ours().looks)
+    first = [row for row in rows if row["t_s"] == rows[0]["t_s"]]
+    assert sorted(int(row["answer"]) for row in first) == list(range(-1, 16))
+    assert abs(sum(float(row["probability"]) for row in first) - 1.0) < 1e-4
+    kinds = {row["kind"] for row in rows_of(tmp_path / "events.csv")}
+    assert {"viewpoint", "verdict"} <= kinds
+    assert len(rows_of(tmp_path / "path.csv")) == len(ours().path)
+
+
+def test_the_report_leaves_its_own_files_in_its_own_spelling(tmp_path: Path) -> None:
+    write_inspection(report(), SMALL.arena, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*FILES, *REPORT_FILES])
+    assert "boxNumnber: " in (tmp_path / "result.txt").read_text()
+    assert (tmp_path / "MapText.txt").read_text().count("CONNECTOR") == len(report().looks) == 84
+    rows = rows_of(tmp_path / "views.csv")
+    assert len(rows) == 84 * 15 and {int(row["tag"]) for row in rows} == set(range(1, 16))
+    kept = [row for row in rows if not row["rejection"]]
+    assert kept and all(len(row["corners"].split()) == 8 and float(row["share"]) >= 0.1 for row in kept)
+
+
+def test_what_went_wrong_is_in_the_summary(tmp_path: Path) -> None:
+    read = {1: SMALL.tags[0], 2: UNKNOWN, 3: UNSEEN, 4: SMALL.tags[3]}
+    write_inspection(told(SMALL, "yarm", read), SMALL.arena, tmp_path, faults=["the camera fell silent"])
+    summary = yaml.safe_load((tmp_path / "summary.yaml").read_text())
+    assert summary["success"] is False and summary["faults"][0] == "the camera fell silent"
+    assert len(summary["faults"]) == 3 and summary["verdicts"][3].startswith("none, it is")
+    text = (tmp_path / "result.txt").read_text()
+    assert "unmatched: 2\nunmatched: 3\n" in text and len(text.splitlines()) == 5
+
+
+def test_a_file_s_layout_goes_into_a_folder_of_its_stem() -> None:
+    assert run_folder(Path("r"), "some/where/mine.yaml", "yarm", 0) == Path("r/inspect/mine/yarm/0")

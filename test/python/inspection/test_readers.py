@@ -1,0 +1,42 @@
+"""Ours and the report's recognition behind one face."""
+
+from __future__ import annotations
+
+from yarm.experiments.inspect.eyes import Camera, boxes_of
+from yarm.geometry import Pose2
+from yarm.inspection.model import UNSEEN
+from yarm.inspection.readers import OurReader, ReportReader, Shot, make_reader
+from yarm.sim.checks.layout_check import sights
+from yarm.sim.scenes.layout_maker import make_layout
+from yarm.tags.pictures import shipped_pictures
+
+LAYOUT = make_layout("open", 0)
+BOX = next(i + 1 for i, tag in enumerate(LAYOUT.tags) if tag > 0)
+PLACE = next(sight.pose for sight in sights(LAYOUT) if sight.box == BOX) or Pose2(0.0, 0.0)
+TAGS = shipped_pictures()
+
+
+def test_ours_is_final_with_evidence() -> None:
+    reader = make_reader("yarm", boxes_of(LAYOUT), TAGS)
+    assert isinstance(reader, OurReader)
+    assert reader.reading(BOX).tag == UNSEEN and reader.evidence(BOX) is None
+    read = reader.read(BOX, Shot(Camera(LAYOUT, 1).picture(PLACE), PLACE))
+    assert read.final and read.look is not None and read.trouble == ""
+    evidence = reader.evidence(BOX)
+    assert evidence is not None and evidence.answer == reader.reading(BOX).tag == LAYOUT.tags[BOX - 1]
+
+
+def test_a_picture_of_something_else_says_why_it_is_of_no_use() -> None:
+    reader = make_reader("yarm", boxes_of(LAYOUT), TAGS)
+    away = PLACE.compose(Pose2(0.0, 0.0, 3.0))
+    read = reader.read(BOX, Shot(Camera(LAYOUT, 1).picture(away), away))
+    assert not read.final and "behind, beside or too steep" in read.trouble
+
+
+def test_the_report_is_never_final() -> None:
+    reader = make_reader("report", boxes_of(LAYOUT), TAGS)
+    assert isinstance(reader, ReportReader) and reader.reading(BOX).tag == UNSEEN
+    camera = Camera(LAYOUT, 1)
+    reads = [reader.read(BOX, Shot(camera.picture(PLACE), PLACE)) for _ in range(12)]
+    assert not any(read.final for read in reads) and reads[0].look is None and len(reads[0].sightings) == len(TAGS)
+    assert reader.reading(BOX).tag == LAYOUT.tags[BOX - 1] and reader.evidence(BOX) is None

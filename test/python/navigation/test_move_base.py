@@ -1,0 +1,260 @@
+"""Driving to goals in a kinematic room: goals reached, everything that can be wrong named, and the robot standing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from python.navigation.driving import Drive, map_of
+from support.rooms import block
+from yarm.geometry import Pose2, wrap_angle
+from yarm.navigation.grid_map import GridMap
+from yarm.navigation.move_base import MoveBase, Observation, Status, Step
+from yarm.navigation.path_check import check_path
+
+SCREEN = block("screen", 0.9, 0.0, (0.2, 1.6, 0.6))
+PERSON = block("person", 0.9, 0.0, (0.25, 0.35, 0.6))
+
+
+def stands(step: Step) -> bool:
+    return step.drive is not None and step.drive.v_mps == 0.0 and step.drive.w_radps == 0.0
+
+
+class TestGoals:
+    def test_a_goal_is_reached_within_the_platforms_tolerance(self) -> None:
+        drive = Drive()
+        drive.go(1.2, -1.0, math.pi / 2)
+        assert drive.run().status is Status.SUCCEEDED and stands(drive.steps[-1])
+        assert drive.here.distance(Pose2(1.2, -1.0)) <= 0.15
+        assert abs(wrap_angle(drive.here.yaw_rad - math.pi / 2)) <= 0.3
+        assert drive.base.goal is None
+
+    def test_a_tighter_tolerance_is_kept(self) -> None:
+        drive = Drive(xy_goal_tolerance=0.04, yaw_goal_tolerance=0.05, controller_frequency=10.0)
+        drive.go(-1.2, 0.9, -2.0)
+        assert drive.run().status is Status.SUCCEEDED
+        assert drive.here.distance(Pose2(-1.2, 0.9)) <= 0.04 and abs(wrap_angle(drive.here.yaw_rad + 2.0)) <= 0.05
+
+    def test_a_known_screen_is_driven_round_without_a_touch(self) -> None:
+        drive = Drive(SCREEN)
+        drive.go(1.6, 0.0)
+        assert drive.run().status is Status.SUCCEEDED and not drive.world.touches
+        assert max(abs(step.drive.v_mps) for step in drive.steps if step.drive) <= 0.3
+
+    def test_a_new_goal_while_driving_takes_over(self) -> None:
+        drive = Drive()
+        drive.go(1.5, 0.0)
+        drive.run(until=lambda _: drive.here.x > 0.4)
+        drive.go(-1.0, 1.0, 1.0)
+        assert drive.run().status is Status.SUCCEEDED and drive.here.distance(Pose2(-1.0, 1.0)) <= 0.15
+
+    def test_a_cancelled_goal_is_dropped(self) -> None:
+        drive = Drive()
+        drive.go(1.5, 0.0)
+        drive.run(until=lambda _: drive.here.x > 0.2)
+        drive.base.cancel()
+        assert drive.step() == Step() and drive.base.goal is None and len(drive.base.path) == 0
+
+    def test_idle_says_nothing(self) -> None:
+        assert Drive().step() == Step()
+
+    @pytest.mark.parametrize("bad", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
+    def test_numbers_that_are_none_are_refused(self, bad: tuple) -> None:
+        with pytest.raises(ValueError, match="finite"):
+            MoveBase().go(Pose2(*bad), 0.0)
+
+
+class TestNoWay:
+    def test_a_goal_inside_a_known_body_is_named_at_once(self) -> None:
+        drive = Drive(SCREEN)
+        drive.go(0.9, 0.1)
+        step = drive.run(1.0)
+        assert step.status is Status.ABORTED and "(0.90, 0.10) lies inside an obstacle" in step.reason and stands(step)
+
+    def test_a_goal_too_near_to_a_wall_is_named(self) -> None:
+        drive = Drive()
+        drive.go(1.85, 0.0)
+        assert "the disc needs 0.2 m" in drive.run(1.0).reason
+
+    def test_a_goal_outside_the_map_is_named(self) -> None:
+        drive = Drive()
+        drive.go(7.0, 0.0)
+        assert "outside the map" in drive.run(1.0).reason
+
+    def test_an_enclosed_start_is_named(self) -> None:
+        fence = [
+            block("east", 0.35, 0.0, (0.1, 0.8, 0.6)), block("west", -0.35, 0.0, (0.1, 0.8, 0.6)),
+            block("north", 0.0, 0.35, (0.8, 0.1, 0.6)), block("south", 0.0, -0.35, (0.8, 0.1, 0.6)),
+        ]  # fmt: skip
+        drive = Drive(*fence)
+        drive.go(1.5, 1.5)
+        step = drive.run(1.0)
+        assert step.status is Status.ABORTED and ("enclosed" in step.reason or "no way" in step.reason)
+        assert drive.here == Pose2(0.0, 0.0)
+
+    def test_a_goal_that_somebody_stands_on_is_given_up_after_both_recoveries(self) -> None:
+        drive = Drive(PERSON, known=[])
+        drive.go(0.9, 0.0)
+        step = drive.run(200.0)
+        assert step.status is Status.ABORTED and not drive.world.touches
+        assert "forgot what was seen, turned once before" in step.reason, step.reason
+        assert [event.split(":")[0] for event in drive.events if "recovers" in event] == [
+            "recovers (forgot what was seen)", "recovers (turned once)"
+        ]  # fmt: skip
+
+    def test_without_recoveries_it_is_given_up_when_patience_ends(self) -> None:
+        drive = Drive(PERSON, known=[], recovery_behavior_enabled=False)
+        drive.go(0.9, 0.0)
+        drive.run(30.0)
+        assert not [event for event in drive.events if "recovers" in event]
+
+
+class TestSomebodyInTheWay:
+    def test_who_is_not_in_the_map_is_driven_round(self) -> None:
+        drive = Drive(PERSON, known=[])
+        drive.go(1.6, 0.0)
+        assert drive.run().status is Status.SUCCEEDED and not drive.world.touches
+
+    def test_who_steps_into_the_way_is_driven_round(self) -> None:
+        drive = Drive()
+        drive.go(1.6, 0.0)
+        drive.run(until=lambda _: drive.here.x > 0.1)
+        drive.put(PERSON)
+        assert drive.run().status is Status.SUCCEEDED and not drive.world.touches
+
+    def test_who_has_gone_is_forgotten_when_beams_pass(self) -> None:
+        drive = Drive(PERSON, known=[])
+        drive.run(2.0, until=lambda _: drive.now_s > 1.0)
+        assert drive.base.grid is not None and drive.base.grid.occupied[drive.base.grid.cell_of(0.775, 0.0)]
+        drive.put()
+        drive.run(2.0, until=lambda _: drive.now_s > 2.0)
+        assert drive.base.grid.cells[drive.base.grid.cell_of(0.775, 0.0)] == 0
+
+    def test_a_wall_across_the_room_that_goes_away_lets_it_pass_after_clearing(self) -> None:
+        across = block("across", 0.9, 0.0, (0.2, 4.0, 0.6))
+        drive = Drive(across, known=[])
+        drive.go(1.6, 0.0)
+        drive.run(40.0, until=lambda _: any("no way" in event for event in drive.events))
+        drive.put()
+        assert drive.run().status is Status.SUCCEEDED
+
+
+class TestSensors:
+    def driving(self) -> Drive:
+        drive = Drive()
+        drive.go(1.6, 0.0)
+        drive.run(until=lambda step: step.drive is not None and step.drive.v_mps > 0.2)
+        return drive
+
+    def test_a_silent_scan_stops_it_within_half_a_second(self) -> None:
+        drive = self.driving()
+        last_s, drive.scans = drive.now_s - drive.params.period_s, False
+        drive.run(1.0, until=stands)
+        assert drive.now_s - drive.params.period_s - last_s <= 0.5
+        step = drive.run(20.0)
+        assert step.status is Status.ABORTED and "newest scan is" in step.reason and "waited 5 s" in step.reason
+
+    def test_a_scan_that_comes_back_lets_it_drive_on(self) -> None:
+        drive = self.driving()
+        drive.scans = False
+        drive.run(2.0, until=stands)
+        drive.scans = True
+        assert drive.run().status is Status.SUCCEEDED
+
+    def test_a_place_that_is_not_known_stops_it_and_is_named(self) -> None:
+        drive = self.driving()
+        drive.placed = False
+        assert stands(drive.step())
+        assert "place in the map is not known: test" in drive.run(20.0).reason
+
+    def test_a_missing_map_is_named(self) -> None:
+        drive = Drive()
+        drive.map = None
+        drive.go(1.0, 0.0)
+        assert stands(drive.step()) and "no map" in drive.run(20.0).reason
+
+    def test_a_map_of_another_size_under_way_is_taken(self) -> None:
+        drive = self.driving()
+        grid = drive.map
+        assert grid is not None
+        wider = np.pad(grid.cells, 7, constant_values=-1)
+        drive.map = GridMap(wider, grid.resolution_m, grid.origin.compose(Pose2(-0.35, -0.35)))
+        drive.map_count += 1
+        assert drive.run().status is Status.SUCCEEDED and drive.here.distance(Pose2(1.6, 0.0)) <= 0.15
+
+    def test_a_map_that_takes_the_way_leads_round(self) -> None:
+        drive = self.driving()
+        drive.put(SCREEN)
+        drive.map = map_of(drive.world.arena)
+        drive.map_count += 1
+        assert drive.run().status is Status.SUCCEEDED and not drive.world.touches
+
+    def test_time_that_goes_back_forgets_everything(self) -> None:
+        drive = self.driving()
+        drive.base.forget()
+        assert drive.base.goal is None and drive.base.grid is None and drive.step().drive is None
+
+
+class TestBumps:
+    def test_what_the_scan_cannot_see_is_met_once_and_driven_round(self) -> None:
+        drive = Drive(block("brick", 0.9, 0.0, (0.15, 0.5, 0.1), "low"), known=[])
+        drive.go(1.6, 0.0)
+        assert drive.run(200.0).status is Status.SUCCEEDED
+        assert 1 <= len(drive.world.touches) <= 4 and any("bumped, center" in event for event in drive.events)
+
+
+class TestPlans:
+    def test_a_plan_while_driving_changes_nothing(self) -> None:
+        drive = Drive(SCREEN)
+        drive.go(1.6, 0.0)
+        drive.run(until=lambda _: drive.now_s > 3.0)
+        before = drive.base.path.copy()
+        way = drive.base.make_plan(Pose2(-1.5, -1.5), Pose2(1.5, 1.5))
+        assert not way.reason and np.array_equal(drive.base.path, before)
+        assert drive.map is not None and check_path(drive.map, way.path, 0.2).clear
+        assert tuple(way.path[0]) == (-1.5, -1.5) and tuple(way.path[-1]) == (1.5, 1.5)
+
+    def test_a_place_that_cannot_be_reached_has_no_plan_and_a_reason(self) -> None:
+        drive = Drive(SCREEN)
+        drive.step()
+        assert len(drive.base.make_plan(drive.here, Pose2(0.9, 0.0)).path) == 0
+        assert "inside an obstacle" in drive.base.make_plan(drive.here, Pose2(0.9, 0.0)).reason
+        assert MoveBase().make_plan(drive.here, drive.here).reason == "there is no map yet"
+
+    def test_a_tolerance_moves_the_end_beside_the_obstacle(self) -> None:
+        drive = Drive(SCREEN)
+        drive.step()
+        end = drive.base.make_plan(drive.here, Pose2(0.9, 0.0), 0.5).path[-1]
+        assert 0.2 < math.hypot(end[0] - 0.9, end[1]) <= 0.5
+
+    def test_requests_clear_what_was_seen_and_what_is_not_known(self) -> None:
+        drive = Drive(PERSON, known=[])
+        drive.step()
+        assert drive.base.grid is not None and drive.map is not None
+        assert (drive.base.grid.occupied & ~drive.map.occupied).any()
+        drive.base.clear_costmaps()
+        assert not (drive.base.grid.occupied & ~drive.map.occupied).any()
+        corner = Pose2(-1.9, -1.9)
+        assert drive.base.grid.unknown.any()
+        drive.base.clear_unknown_space(corner)
+        assert not drive.base.grid.unknown[0, 0] and drive.base.grid.unknown[-1, -1]
+
+
+def test_a_turn_ends_although_the_place_is_lost_meanwhile() -> None:
+    drive = Drive(PERSON, known=[], sensor_patience=2.0)
+    drive.go(0.9, 0.0)
+    drive.run(60.0, until=lambda _: any("turned once" in event for event in drive.events))
+    drive.step()
+    drive.placed = False
+    assert drive.run(10.0).status is Status.ABORTED and stands(drive.steps[-1])
+
+
+def test_observations_without_anything_move_nothing() -> None:
+    base = MoveBase()
+    base.go(Pose2(1.0, 0.0), 0.0)
+    first = base.step(Observation(0.0))
+    assert stands(first) and first.status is Status.ACTIVE
+    assert replace(first, events=()) == base.step(Observation(0.2))

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""The HC10 and a robot move only while maps, safety monitor and Commander are there; then they go on by themselves."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+from yarm.msg import CommanderStatus, SanderStatus
+from yarm.srv import SpawnObstaclesRequest
+
+from yarm.ros.common import names
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.commander_driver import CommanderDriver
+
+ROBOT, ARM = "ankurbot_1", "hc10_barc"
+STOP_S = 1.0
+"""Braking of the arm, or of the robot at full speed: 0.3 s, and what a busy machine takes for the messages, s."""
+REST_MPS, REST_RADPS = 0.03, 0.02
+
+
+class WatchersTest(CommanderDriver):
+    """The tests build on each other, in the order of their names."""
+
+    LIMIT_S = 240.0
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.sander, cls.sander_said, cls.track, cls.joints = SanderStatus(), [], [], []
+        rospy.Subscriber(names.sander_status(ARM), SanderStatus, cls.on_sander, queue_size=100)
+        rospy.Subscriber(names.joint_states(ARM), JointState, cls.on_joints, queue_size=1000)
+        rospy.Subscriber("/tf", TFMessage, cls.on_tf, queue_size=1000)
+
+    def told(self):
+        return f"{super().told()}; {self.sander}"
+
+    @classmethod
+    def on_sander(cls, message):
+        with cls.condition:
+            cls.sander = message
+            cls.sander_said.append(message)
+            cls.condition.notify_all()
+
+    @classmethod
+    def on_joints(cls, message):
+        with cls.condition:
+            cls.joints.append((message.header.stamp.to_sec(), np.array(message.position)))
+            cls.condition.notify_all()
+
+    @classmethod
+    def on_tf(cls, message):
+        for transform in message.transforms:
+            if transform.child_frame_id.lstrip("/") == names.ee_frame(ROBOT):
+                at = transform.transform.translation
+                with cls.condition:
+                    cls.track.append((transform.header.stamp.to_sec(), np.array((at.x, at.y))))
+                    cls.condition.notify_all()
+
+    def first(self, condition, what, after_s=0.0):
+        """The sander's first word of a kind after a time; it may have said something else since."""
+
+        def found():
+            words = (word for word in self.sander_said if word.header.stamp.to_sec() > after_s and condition(word))
+            return next(words, None)
+
+        self.wait(found, what)
+        with self.condition:
+            return found()
+
+    def speed(self, samples, since_s, until_s):
+        """Greatest speed between neighbouring samples of (stamp, value) taken from one time to another."""
+        self.wait(lambda: samples[-1][0] >= until_s, "samples")
+        with self.condition:
+            found = [sample for sample in samples if since_s <= sample[0] <= until_s]
+        steps = [np.abs(b - a).max() / (t - s) for (s, a), (t, b) in zip(found, found[1:]) if t > s]
+        self.assertGreater(len(steps), 10, "samples")
+        return max(steps)
+
+    def drive(self, name, at):
+        """A new target, and the robot really on its way to it."""
+        self.wait(lambda: not self.status.busy, "end of what went before")
+        answer = self.spawn(SpawnObstaclesRequest(name=name, type="Target", x=at[0], y=at[1], z=0.89))
+        self.assertTrue(answer.success, answer.message)
+        self.begin_mission()
+        self.wait(self.driving, "robot under way")
+
+    def driving(self):
+        (s, a), (t, b) = self.track[-10], self.track[-1]
+        return t > s and math.hypot(*(b - a)) / (t - s) > 0.3
+
+    def rests(self, since_s, seconds=2.0):
+        """Robot and arm are at rest from a simulated time on, for some seconds."""
+        self.assertLess(self.speed(self.track, since_s, since_s + seconds), REST_MPS)
+        self.assertLess(self.speed(self.joints, since_s, since_s + seconds), REST_RADPS)
+
+    def test_1_blind_the_arm_stops_before_the_robot_and_goes_on_when_cameras_see(self):
+        self.enter(CommanderStatus.STARTED, current_state=True)
+        self.enter(CommanderStatus.CALIBRATION, next_state=True)
+        self.ended()
+        self.enter(CommanderStatus.MENU, next_state=True)
+        sanding = self.first(lambda word: word.moving and word.progress > 0.003, "sanding")
+        stopped = self.first(
+            lambda word: "forbids motion" in word.reason or "old" in word.reason,
+            "the arm's word",
+            sanding.header.stamp.to_sec(),
+        )
+        self.assertIn("commander", stopped.reason)
+        self.rests(stopped.header.stamp.to_sec() + STOP_S, 8.0)
+        self.wait(lambda: self.sander.reason == "" and self.sander.progress > stopped.progress + 0.002, "sanding again")
+
+    def test_2_a_frozen_safety_monitor(self):
+        self.frozen(names.SAFETY_NODE, "target_1", (-1.9, 1.65))
+
+    def test_3_a_frozen_commander_is_named_by_the_command_line(self):
+        self.drive("target_2", (0.65, 1.65))
+        pid = self.pid_of(names.COMMANDER_NODE)
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            since_s = rospy.get_time()
+            self.rests(since_s + 0.6 + STOP_S + 0.1, 3.0)
+            self.wait(lambda: "nothing heard from commander" in self.sander.reason, "the arm's word")
+            code, said = self.cli("status", timeout_s=20.0)
+            self.assertEqual(code, 2, said)
+            self.assertIn("nothing heard from commander for", said)
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        self.ended()
+        self.assertEqual(self.cli("status", timeout_s=self.LIMIT_S)[0], 0)
+
+    def test_4_a_dead_safety_monitor_and_a_new_one(self):
+        self.drive("target_3", (-1.9, 1.65))
+        os.kill(self.pid_of(names.SAFETY_NODE), signal.SIGKILL)
+        since_s = rospy.get_time()
+        self.rests(since_s + 0.25 + STOP_S, 3.0)
+        self.wait(
+            lambda: any("nothing heard from safety_monitor" in reason for reason in self.reasons), "reason on the task"
+        )
+        script = os.path.join(os.environ["YARM_ROOT"], "scripts", "safety_monitor")
+        again = subprocess.Popen([sys.executable, script])
+        try:
+            self.ended()
+        finally:
+            again.terminate()
+            again.wait(60.0)
+
+    def frozen(self, node, target, at):
+        """A frozen node stops everything; thawed, all goes on."""
+        self.drive(target, at)
+        pid = self.pid_of(node)
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            since_s = rospy.get_time()
+            self.rests(since_s + 0.25 + STOP_S, 3.0)
+            self.wait(lambda: f"nothing heard from {node}" in self.sander.reason, "the arm's word")
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        self.ended()
+
+
+if __name__ == "__main__":
+    rospy.init_node("watchers_test")
+    rostest.rosrun("yarm", "watchers_test", WatchersTest, sys.argv)

@@ -1,0 +1,78 @@
+"""A shipped scene with its simulated cameras, and the C++ perception behind them; no ROS between."""
+
+from __future__ import annotations
+
+from typing import List
+
+from support.perception_chain import ChainMap, KnownBody, KnownSolid, PerceptionChain
+from yarm.sim.engine.bodies import Body, FramedSolid
+from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.scene import load_scene
+from yarm.sim.sensors.camera_model import Cloud
+from yarm.sim.sensors.cameras import Eyes
+
+CAMERAS = (1, 2, 3, 4)
+TICKS_A_SET = 2
+
+
+def known_body(body: Body) -> KnownBody:
+    """A simulated body as the registry tells it."""
+    solids = tuple(known_solid(item) for item in body.solids)
+    return KnownBody(body.name, body.kind, not body.dynamic, body.seed_frame, tuple(body.link_frames), solids)
+
+
+def known_solid(item: FramedSolid) -> KnownSolid:
+    """A simulated solid, in the C++ core's convention of sizes."""
+    size = tuple(item.solid.size)
+    if item.solid.shape == "cylinder":
+        size = (size[0], 0.0, size[1])
+    elif item.solid.shape == "sphere":
+        size = (size[0], 0.0, 0.0)
+    return KnownSolid(item.solid.shape, size, item.frame, item.T_frame_solid)
+
+
+class SimulatedCell:
+    """A simulated scene, its cameras and the perception chain."""
+
+    def __init__(self, scene: str) -> None:
+        """Load it; noise is on."""
+        self.world = SimWorld(load_scene(scene))
+        self.eyes = Eyes(self.world.scene.seed, noise=True)
+        self.chain = PerceptionChain()
+        self.frame = 0
+        self.tell()
+
+    def tell(self) -> None:
+        """The cameras learn who is there."""
+        self.eyes.look_at(self.world.bodies, self.world.transforms())
+
+    def spawn_all(self) -> None:
+        """Everything that the scene's events bring comes at once."""
+        for event in self.world.scene.events:
+            if event.spawn is not None:
+                self.world.spawn(event.spawn)
+        self.tell()
+
+    def next_clouds(self, ticks: int = TICKS_A_SET) -> List[Cloud]:
+        """Simulate up to the next camera set: the cloud of each camera."""
+        for _ in range(ticks):
+            self.world.tick()
+        self.frame += 1
+        poses = dict(self.world.transforms())
+        return [self.eyes.overhead_cloud(camera, poses, self.frame).copy() for camera in CAMERAS]
+
+    def bodies(self) -> List[KnownBody]:
+        """Who is there, as the registry tells it."""
+        return [known_body(body) for body in self.world.bodies.values()]
+
+    def next_set(self, calibrating: bool) -> ChainMap:
+        """Simulate up to the next camera set and perceive it."""
+        clouds, poses = self.next_clouds(), dict(self.world.transforms())
+        return self.chain.process(
+            clouds, self.eyes.overhead_poses, self.bodies(), poses, calibrating, self.world.time_ns
+        )
+
+    def close(self) -> None:
+        """Free the chain and the world."""
+        self.chain.close()
+        self.world.close()

@@ -1,0 +1,67 @@
+"""``run_experiment --case inspect`` from end to end, in physics and lock-step: four boxes, and too little time."""
+
+from __future__ import annotations
+
+import csv
+import re
+import sys
+from pathlib import Path
+from typing import Tuple
+
+import pytest
+import yaml
+
+from support.launched import ROOT, LaunchedTestError, run
+
+LIMIT_S = 600.0
+LAYOUT = Path(__file__).with_name("inspected_room.yaml")
+TAGS = {1: "5", 2: "blank", 3: "11", 4: "2"}
+CALL = [
+    sys.executable,
+    str(ROOT / "scripts" / "run_experiment"),
+    "--case",
+    "inspect",
+    "--layout",
+    str(LAYOUT),
+    "--seed",
+    "1",
+]
+
+
+def inspect(results: Path, name: str, *more: str) -> Tuple[Path, str]:
+    """One run; its folder and what it printed."""
+    output = run([*CALL, *more, "--results", str(results)], name, LIMIT_S)
+    return results / "inspect" / "inspected_room" / "yarm" / "1", output
+
+
+def test_it_reads_four_of_four_and_is_home(tmp_path: Path) -> None:
+    folder, output = inspect(tmp_path, "inspect_room")
+    summary = yaml.safe_load((folder / "summary.yaml").read_text())
+    assert summary["success"] is True and summary["faults"] == []
+    assert (summary["right"], summary["named_wrong"], summary["bumps"]) == (4, 0, 0)
+    assert summary["home_m"] < 0.10 and summary["home_rad"] < 0.1 and summary["end_s"] < 120.0
+    assert summary["parameters"]["inspector"]["controller"] == "yarm"
+    lines = (folder / "result.txt").read_text().splitlines()
+    assert lines[0] == "Tag is 0 means blank" and len(lines) == 5
+    found = dict(re.match(r"boxNumber: (\d) tag is (\w+) x: ", line).groups() for line in lines[1:])  # type: ignore[union-attr]
+    assert {int(box): tag for box, tag in found.items()} == TAGS
+    assert {"proof.html", "views.csv", "events.csv", "path.csv", "result.csv"} <= {p.name for p in folder.iterdir()}
+    with (folder / "path.csv").open() as opened:
+        rows = list(csv.DictReader(opened))
+    assert len(rows) == pytest.approx(10 * summary["end_s"], abs=12)
+    assert "inspected_room, yarm, seed 1: SUCCESS" in output
+    assert re.search(r"s \| x\d\.\d\d \| drive box \d \| \d of 4 boxes.* \| \d+ s left \| \d+ s home", output)
+
+
+def test_too_little_time_brings_it_home_with_a_reason_for_every_box_that_is_left(tmp_path: Path) -> None:
+    with pytest.raises(LaunchedTestError, match="exit code 1"):
+        inspect(tmp_path, "inspect_short", "--limit", "55")
+    folder = tmp_path / "inspect" / "inspected_room" / "yarm" / "1"
+    summary = yaml.safe_load((folder / "summary.yaml").read_text())
+    assert summary["success"] is False and summary["kept"] is True and summary["end_s"] <= 55.0
+    assert summary["home_m"] < 0.10
+    with (folder / "result.csv").open() as opened:
+        rows = list(csv.DictReader(opened))
+    assert len(rows) == 4 and 1 <= summary["right"] < 4
+    left = [row for row in rows if row["read"] == "none"]
+    assert left and all("time" in row["reason"] for row in left)
