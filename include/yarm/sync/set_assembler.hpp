@@ -162,11 +162,11 @@ class SetAssembler {
         camera.heard_ns = now_ns;
       }
     }
-    forgivePause(now_ns);
     Camera& camera = cameras_[index];
     if (stamp_ns <= camera.stamp_ns) {
       return Admission::backwards;
     }
+    forgivePause(now_ns);
     if (camera.stamp_ns != kNever && stamp_ns - camera.stamp_ns <= options_.timeout_ns) {
       camera.period.add(stamp_ns - camera.stamp_ns);
     }
@@ -183,7 +183,8 @@ class SetAssembler {
     return Admission::accepted;
   }
 
-  /// A pause of all cameras is nobody's silence: the first cloud after it does not go on without the others.
+  /// A pause of all cameras is nobody's silence: the first cloud after it does not go on without the others. A cloud
+  /// whose stamp went back ends no pause, as it ends no silence.
   void forgivePause(std::int64_t now_ns) {
     const std::int64_t pause_ns = now_ns - heard_ns_;
     for (std::size_t index = 0; index < cameras_.size() && pause_ns > options_.timeout_ns; ++index) {
@@ -253,7 +254,7 @@ class SetAssembler {
   std::vector<Camera> cameras_;
   std::deque<Beat> beats_;     ///< in the order of their stamps
   Beat released_;              ///< that of the last set that left
-  std::int64_t heard_ns_ = 0;  ///< the last cloud of any camera, wall time
+  std::int64_t heard_ns_ = 0;  ///< the last accepted cloud of any camera, wall time
   bool started_ = false;
 };
 

@@ -114,6 +114,17 @@ TEST(SetAssembler, aPauseOfAllCamerasIsNobodysSilence) {
   EXPECT_EQ(present(*set), (std::vector<bool>{true, true, false}));
 }
 
+TEST(SetAssembler, aCloudWhoseStampWentBackEndsNoPause) {
+  SetAssembler<int> sets(options(2));
+  sendForASecond(sets, 2);
+  const std::int64_t timeout_ms = options(2).timeout_ns / kMs;
+  EXPECT_EQ(sets.add(0, 100 * kMs, (1000 + timeout_ms / 2) * kMs, 1), Admission::backwards);
+  const std::int64_t again_ms = 1000 + timeout_ms + 10;
+  sets.add(0, 600 * kMs, again_ms * kMs, 1);
+  EXPECT_FALSE(sets.isSilent(1, again_ms * kMs));
+  EXPECT_FALSE(sets.take(again_ms * kMs));
+}
+
 TEST(SetAssembler, aSilentCameraIsGivenItsGrace) {
   SetAssemblerOptions patient = options(2);
   patient.silent_grace_ns = 20 * kMs;

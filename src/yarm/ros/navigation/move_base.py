@@ -58,8 +58,10 @@ class MoveBaseNode:
         self._held: List[GoalEvent] = []
         self._outputs = MoveBaseOutputs(params)
         self._inputs = MoveBaseInputs(params)
-        self._server = GoalServer(self._wake)
+        # Before the server: a publisher that joins later makes rospy connect to a client a second time, and what the
+        # client sent through the first connection is lost.
         self._goals = rospy.Publisher(f"{names.MOVE_BASE}/goal", MoveBaseActionGoal, queue_size=10)
+        self._server = GoalServer(self._wake)
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
         self._subscribers = [
