@@ -12,6 +12,8 @@ from yarm.ros.experiment.launcher import Family
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
 DEVEL = BUILD / "devel" if "YARM_BUILD" in os.environ else ROOT / "devel"
+MOST_CHARS = 4000
+"""Of a failed child's output that are shown."""
 
 
 class LaunchedTestError(AssertionError):
@@ -42,8 +44,14 @@ def run(command: List[str], name: str, limit_s: float) -> str:
     text = log.read_text(errors="replace")
     if late or child.returncode != 0:
         why = f"was stopped after {limit_s:.0f} s" if late else f"ended with exit code {child.returncode}"
-        raise LaunchedTestError(f"{' '.join(command)} {why}; whole output in {log}; its end:\n{text[-6000:]}")
+        raise LaunchedTestError(f"{' '.join(command)} {why}; whole output in {log}; its end:\n{_end_of(text)}")
     return text
+
+
+def _end_of(text: str) -> str:
+    """What says why: rostest's own report where there is one, else the last lines."""
+    report = text.rfind("[ROSTEST]")
+    return text[report if report >= 0 else -MOST_CHARS :][:MOST_CHARS]
 
 
 class Launched:
