@@ -41,6 +41,7 @@ from yarm.geometry import CellMap
 from yarm.resources import resource
 from yarm.ros.common import names
 from yarm.ros.common.conversions import MapSubscriber
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.launcher import Family
 
 KINDS = ("crossing", "head-on", "standing")
@@ -221,7 +222,7 @@ def await_simulated_time() -> None:
 def measure(scene: Path) -> None:
     """In a process of its own: watch the run on this ROS master, say when it may begin, print its figures as JSON."""
     await_simulated_time()
-    rospy.init_node("person_watch")
+    init_node("person_watch")
     watch = Watch(yaml.safe_load(scene.read_text()))
     watch.listen()
     print(READY, flush=True)

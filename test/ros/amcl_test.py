@@ -23,6 +23,8 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
+from yarm.ros.common.start import init_node
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support import slam_log
 from support.scan_player import LIMIT_S, MOUNT, UNKNOWN, ScanPlayer, transform
@@ -286,5 +288,5 @@ class AmclTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("amcl_test")
+    init_node("amcl_test")
     rostest.rosrun("yarm", "amcl_test", AmclTest)

@@ -12,6 +12,7 @@ import rostest
 
 from yarm.control.mux import MuxParams, mux_inputs
 from yarm.ros.common import api, api_explorer, api_inspection, api_navigation, api_rooms, names
+from yarm.ros.common.start import init_node
 
 ROBOTS = ("ankurbot_1", "ankurbot_2")
 ARMS = ("hc10_barc",)
@@ -122,5 +123,5 @@ class ApiTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("api_test")
+    init_node("api_test")
     rostest.rosrun("yarm", "api", ApiTest, sys.argv)

@@ -27,6 +27,7 @@ from yarm.msg import (
 from yarm.srv import SpawnObstaclesRequest
 
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.commander_driver import CommanderDriver
@@ -220,5 +221,5 @@ def faulty_messages():
 
 
 if __name__ == "__main__":
-    rospy.init_node("commander_test")
+    init_node("commander_test")
     rostest.rosrun("yarm", "commander_test", CommanderTest, sys.argv)

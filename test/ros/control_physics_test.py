@@ -23,6 +23,7 @@ from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, TransformStampedV
 from yarm.control.base.model import path_deviation
 from yarm.geometry.poses import Pose2, quaternion_from_rpy, rotation_of_quaternion, wrap_angle, yaw_of_quaternion
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.participant import Participant
@@ -199,5 +200,5 @@ def speeds(track: List[Tuple[float, Pose2]]) -> List[float]:
 
 
 if __name__ == "__main__":
-    rospy.init_node("control_physics_test")
+    init_node("control_physics_test")
     rostest.rosrun("yarm", "control_physics", PhysicsTest)

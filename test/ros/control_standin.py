@@ -27,6 +27,7 @@ from yarm.control.base.controller import BaseCommand
 from yarm.control.base.model import BaseModel
 from yarm.geometry.poses import Pose2, quaternion_from_rpy
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 TICK_S = 1.0 / 60.0
 COMMAND_WAIT_S = 1.0
@@ -140,7 +141,7 @@ def registered(name: str) -> RegisteredObject:
 
 
 if __name__ == "__main__":
-    rospy.init_node("standin")
+    init_node("standin")
     standin = StandIn()
     while not rospy.is_shutdown():
         standin.step()

@@ -21,6 +21,7 @@ from yarm.msg import MoveRobotActionGoal, MoveRobotActionResult, StepAck
 
 from yarm.geometry.poses import quaternion_from_rpy
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 LAUNCH = Path(__file__).with_name("control_sync_cell.launch")
 LOCK_STEP_S = 60.0
@@ -139,5 +140,5 @@ class SyncTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("control_sync")
+    init_node("control_sync")
     rostest.rosrun("yarm", "control_sync", SyncTest)

@@ -19,6 +19,7 @@ from yarm.msg import MoveRobotAction, MoveRobotFeedback, MoveRobotGoal, Transfor
 
 from yarm.geometry.poses import Pose2, quaternion_from_rpy, yaw_of_quaternion
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 LIMIT = rospy.Duration(60.0)
 SERVER_LIMIT = rospy.Duration(240.0)
@@ -212,5 +213,5 @@ def goal(target: Pose2, action: str = "False") -> MoveRobotGoal:
 
 
 if __name__ == "__main__":
-    rospy.init_node("control_test")
+    init_node("control_test")
     rostest.rosrun("yarm", "control", ControlTest)

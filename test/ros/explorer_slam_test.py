@@ -16,6 +16,7 @@ from nav_msgs.msg import Odometry
 from yarm.msg import ExplorerStatus
 
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.usage import node_pids
 
 LIMIT_S = 120.0
@@ -70,5 +71,5 @@ class SlamKilledTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("explorer_slam_test")
+    init_node("explorer_slam_test")
     rostest.rosrun("yarm", "explorer_slam", SlamKilledTest)

@@ -18,6 +18,7 @@ from support.explored_room import ExploredRoom
 from yarm.exploration.deadline import SETTLE_S
 from yarm.geometry import Pose2
 from yarm.navigation.map_file import read_map
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.usage import node_pids
 from yarm.sim.scenes.arena import Arena, Block
 
@@ -170,5 +171,5 @@ class ExplorerTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("explorer_test")
+    init_node("explorer_test")
     rostest.rosrun("yarm", "explorer_runs", ExplorerTest)

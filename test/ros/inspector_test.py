@@ -18,6 +18,7 @@ from yarm.msg import InspectionStatus, TagVerdict
 from yarm.geometry import Pose2
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.start import init_node
 
 WALL_LIMIT_S = 350.0
 STALL_S = 60.0
@@ -122,5 +123,5 @@ class InspectorTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("inspector_test")
+    init_node("inspector_test")
     rostest.rosrun("yarm", "inspector_rounds", InspectorTest)

@@ -23,6 +23,7 @@ from support.listening import ListeningTest
 from yarm.geometry import Pose2, wrap_angle
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose, pose_message
+from yarm.ros.common.start import init_node
 from yarm.ros.navigation.maps import grid_of
 from yarm.ros.navigation.outputs import stamped_pose
 from yarm.sim.scenes.layout_file import find_layout
@@ -99,5 +100,5 @@ class KnownRoomTest(ListeningTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("known_room_test")
+    init_node("known_room_test")
     rostest.rosrun("yarm", "known_room", KnownRoomTest, sys.argv)

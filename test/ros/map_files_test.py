@@ -21,6 +21,8 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap
 from rosgraph_msgs.msg import Clock
 
+from yarm.ros.common.start import init_node
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.links import wait_until_heard
 
@@ -218,5 +220,5 @@ class MapFilesTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("map_files_test")
+    init_node("map_files_test")
     rostest.rosrun("yarm", "map_files_test", MapFilesTest)

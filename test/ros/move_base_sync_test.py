@@ -26,6 +26,7 @@ from yarm.navigation.grid_map import GridMap
 from yarm.resources import resource
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.start import init_node
 from yarm.ros.navigation.maps import grid_message
 from yarm.ros.navigation.outputs import stamped_pose
 from yarm.ros.rooms.messages import transform
@@ -71,5 +72,5 @@ class MoveBaseSyncTest(ListeningTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("move_base_sync_test")
+    init_node("move_base_sync_test")
     rostest.rosrun("yarm", "move_base_sync", MoveBaseSyncTest, sys.argv)

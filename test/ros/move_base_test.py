@@ -33,6 +33,7 @@ from yarm.navigation.path_check import check_path
 from yarm.resources import resource
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.start import init_node
 from yarm.ros.navigation.maps import grid_message
 from yarm.ros.navigation.outputs import stamped_pose
 from yarm.ros.rooms.messages import transform
@@ -243,5 +244,5 @@ class MoveBaseTest(ListeningTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("move_base_test")
+    init_node("move_base_test")
     rostest.rosrun("yarm", "move_base_clients", MoveBaseTest, sys.argv)

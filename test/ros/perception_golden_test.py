@@ -11,8 +11,9 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-import rospy
 import rostest
+
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -70,5 +71,5 @@ class GoldenTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("perception_golden_test")
+    init_node("perception_golden_test")
     rostest.rosrun("yarm", "perception_golden_test", GoldenTest, sys.argv)

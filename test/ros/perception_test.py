@@ -22,6 +22,7 @@ from yarm.msg import TransformStampedVector
 from yarm.srv import PredictNewState
 
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 MERGE_CLOUDS = str(Path(os.environ["CMAKE_PREFIX_PATH"].split(os.pathsep)[0]) / "lib" / "yarm" / "merge_clouds")
 CAMERA_HEALTH = "merge_clouds: cameras"
@@ -291,5 +292,5 @@ class PerceptionTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("perception_test")
+    init_node("perception_test")
     rostest.rosrun("yarm", "perception_test", PerceptionTest, sys.argv)

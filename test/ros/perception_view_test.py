@@ -7,12 +7,12 @@ import sys
 import unittest
 
 import numpy as np
-import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticStatus
 from perception_cell import CAMERAS, SET_S, Cell, Thing, box_points, wait_for
 
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 CAMERA_HEALTH = "merge_clouds: cameras"
 THINGS = (
@@ -176,5 +176,5 @@ class PerceptionViewTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("perception_view_test")
+    init_node("perception_view_test")
     rostest.rosrun("yarm", "perception_view_test", PerceptionViewTest, sys.argv)

@@ -25,6 +25,7 @@ from yarm.resources import resource
 from yarm.robots.turtlebot import CAMERA_Z_M, RGB_CAMERA, RGB_MOUNT
 from yarm.ros.common import names
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_pose
+from yarm.ros.common.start import init_node
 from yarm.ros.rooms.rgb import frame_number
 from yarm.sim.engine.room import TICK_S
 from yarm.sim.scenes.layout_file import find_layout
@@ -106,5 +107,5 @@ class RoomLayoutTest(ListeningTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("room_layout_test")
+    init_node("room_layout_test")
     rostest.rosrun("yarm", "room_layout", RoomLayoutTest, sys.argv)

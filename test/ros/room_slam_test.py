@@ -26,6 +26,7 @@ from yarm.resources import resource
 from yarm.ros.common import api_rooms, names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.start import init_node
 from yarm.ros.navigation.maps import grid_of
 from yarm.sim.scenes.arena import load_arena
 
@@ -171,5 +172,5 @@ class RoomSlamTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("room_driver")
+    init_node("room_driver")
     rostest.rosrun("yarm", "room_slam", RoomSlamTest)

@@ -26,6 +26,7 @@ from yarm.geometry import Pose2, yaw_of_quaternion
 from yarm.resources import resource
 from yarm.robots import turtlebot
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
 from yarm.sim.scenes.arena import Arena, load_arena
 
@@ -284,5 +285,5 @@ class RoomTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("room_test")
+    init_node("room_test")
     rostest.rosrun("yarm", "room", RoomTest)

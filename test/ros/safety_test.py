@@ -17,6 +17,7 @@ from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, SafetyStatus
 
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose_message
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.goals import send_when_permitted
@@ -102,5 +103,5 @@ class SafetyTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("safety_test")
+    init_node("safety_test")
     rostest.rosrun("yarm", "safety_test", SafetyTest, sys.argv)

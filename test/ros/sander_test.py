@@ -23,6 +23,7 @@ from yarm.control.arm.model import ArmKinematics, load_arm
 from yarm.control.sander.raster import coverage
 from yarm.control.sander.states import SanderState
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.participant import Participant
@@ -226,5 +227,5 @@ class SanderTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("sander_test")
+    init_node("sander_test")
     rostest.rosrun("yarm", "sander", SanderTest)

@@ -30,6 +30,7 @@ from yarm.msg import (
 from yarm.srv import StateChange
 
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.goals import send_when_permitted
@@ -152,5 +153,5 @@ class RestartTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("simulation_restart_test")
+    init_node("simulation_restart_test")
     rostest.rosrun("yarm", "simulation_restart", RestartTest)

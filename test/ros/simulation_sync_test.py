@@ -24,6 +24,7 @@ from yarm.msg import CommanderStatus, MapMetaData, ObjectRegistry, SimStatus, St
 
 from yarm.resources import resource
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 WALL_LIMIT_S = 90.0
 START_S = 20.0
@@ -238,5 +239,5 @@ class SyncTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("simulation_sync_test")
+    init_node("simulation_sync_test")
     rostest.rosrun("yarm", "simulation_sync", SyncTest)

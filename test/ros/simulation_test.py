@@ -25,6 +25,7 @@ from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
 from yarm.resources import resource
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 WALL_LIMIT_S = 60.0
 TICK_NS = 1e9 / 60.0
@@ -295,5 +296,5 @@ class SimulationTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("simulation_test")
+    init_node("simulation_test")
     rostest.rosrun("yarm", "simulated_cell", SimulationTest)

@@ -21,6 +21,8 @@ from nav_msgs.srv import GetMap
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
+from yarm.ros.common.start import init_node
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support import slam_log
 from support.scan_player import LIMIT_S, MOUNT, ScanPlayer, scan_of, transform
@@ -182,5 +184,5 @@ class SlamTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("slam_test")
+    init_node("slam_test")
     rostest.rosrun("yarm", "slam_test", SlamTest)

@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from yarm.msg import TagVerdict
 from yarm.srv import AddTag, LoadTags, RemoveTag
 
+from yarm.ros.common.start import init_node
 from yarm.ros.inspection.recogniser_node import picture_message
 from yarm.tags.pictures import shipped_pictures, stranger
 
@@ -159,5 +160,5 @@ class RecogniserTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("tag_recogniser_test")
+    init_node("tag_recogniser_test")
     rostest.rosrun("yarm", "recogniser_sees", RecogniserTest)

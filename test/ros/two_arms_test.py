@@ -24,6 +24,7 @@ from yarm.srv import StateChange
 
 from yarm.control.sander.states import SanderState
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 FIRST, SECOND = "hc10_barc", "hc10_barc_2"
 AREAS = {FIRST: "SPACE=SWITCH/AREA=1,19,28,43,0,10", SECOND: "SPACE=SWITCH/AREA=30,48,6,21,0,10"}
@@ -134,5 +135,5 @@ class TwoArmsTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("two_arms_test")
+    init_node("two_arms_test")
     rostest.rosrun("yarm", "two_arms_test", TwoArmsTest, sys.argv)

@@ -19,6 +19,7 @@ from yarm.msg import CommanderStatus, SanderStatus
 from yarm.srv import SpawnObstaclesRequest
 
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.commander_driver import CommanderDriver
@@ -169,5 +170,5 @@ class WatchersTest(CommanderDriver):
 
 
 if __name__ == "__main__":
-    rospy.init_node("watchers_test")
+    init_node("watchers_test")
     rostest.rosrun("yarm", "watchers_test", WatchersTest, sys.argv)

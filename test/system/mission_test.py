@@ -15,6 +15,7 @@ from yarm.srv import StateChange
 
 from yarm.control.sander.states import SanderState
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 
 ARM = "hc10_barc"
 EXPECTED = {
@@ -150,5 +151,5 @@ class MissionTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("mission_test")
+    init_node("mission_test")
     rostest.rosrun("yarm", "mission_test", MissionTest, sys.argv)

@@ -25,6 +25,7 @@ from yarm.geometry.kinds import ObjectKind
 from yarm.msg import CommanderStatus, ObjectRegistry
 from yarm.ros.commander.reports import task_text
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 from yarm.srv import StateChange, StateChangeRequest
 
 SUCCEEDED, FAILED, NO_ANSWER, REFUSED = 0, 1, 2, 3
@@ -315,7 +316,7 @@ def clean_up(session: Session) -> int:
 def main(argv: Optional[List[str]] = None) -> int:
     """Parse, do, say how it ended; the exit code."""
     arguments = parser().parse_args(rospy.myargv(argv if argv is not None else sys.argv)[1:])
-    rospy.init_node("commander_cli", anonymous=True, disable_signals=False)
+    init_node("commander_cli", anonymous=True, disable_signals=False)
     session = Session(arguments.timeout)
     try:
         return execute(arguments, session)

@@ -51,6 +51,7 @@ from yarm.ros.common.checks import Doorkeeper, present_s, safety_fault
 from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import MapSubscriber
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.srv import StateChange, StateChangeRequest, StateChangeResponse
 
 WATCH_PERIOD_S = 0.2
@@ -254,7 +255,7 @@ def same_status(a: CommanderStatus, b: CommanderStatus) -> bool:
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node(names.COMMANDER_NODE)
+    init_node(names.COMMANDER_NODE)
     try:
         node = CommanderNode(load_params(CommanderParams))
     except PlannerUnavailableError as error:

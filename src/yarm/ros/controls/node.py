@@ -28,6 +28,7 @@ from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, ack_fault, present_s, registry_fault, seeds_fault, transform_fault
 from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.common.watchers import Watchers
 from yarm.ros.controls.actions import MoveRobotServer
 from yarm.ros.controls.arm import ArmUnit
@@ -377,5 +378,5 @@ def note_turns_left(feedback: MoveRobotFeedback, pose: SeedPose, target: Pose) -
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node("multi_robot_controls_server")
+    init_node("multi_robot_controls_server")
     ControlsServer(load_params(ControlsServerParams)).spin()

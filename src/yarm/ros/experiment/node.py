@@ -25,6 +25,7 @@ from yarm.ros.commander.reports import task_text
 from yarm.ros.common import names
 from yarm.ros.common.conversions import parse_map_metadata
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.inputs import ExperimentInputs
 from yarm.ros.experiment.lock_step import LockStep
@@ -205,7 +206,7 @@ def parameters() -> Mapping[str, Any]:
 
 def main() -> int:
     """Run the node; exit code 0 only on success."""
-    rospy.init_node("run_experiment")
+    init_node("run_experiment")
     experiment = Experiment(load_params(ExperimentParams))
     record = experiment.run()
     folder = experiment.write(record)

@@ -27,6 +27,7 @@ from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.console import say
 from yarm.ros.exploration.experiment_params import ExplorationRunParams
 from yarm.ros.exploration.results import write_results
@@ -201,7 +202,7 @@ class Exploration:
 
 def main() -> int:
     """Run the node; exit code 0 only when the run kept the rules and mapped what was asked for."""
-    rospy.init_node("run_exploration")
+    init_node("run_exploration")
     params = load_params(ExplorationRunParams)
     explore = followed_params()
     exploration = Exploration(params, explore)

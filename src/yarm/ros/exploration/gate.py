@@ -20,6 +20,7 @@ from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper
 from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.exploration.params import GateParams
 
 SILENT_S = COMMAND_AGE_S + LOOP_S
@@ -96,6 +97,6 @@ class VelocityGate:
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node(names.GATE_NODE)
+    init_node(names.GATE_NODE)
     VelocityGate(load_params(GateParams))
     rospy.spin()

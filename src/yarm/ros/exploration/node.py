@@ -21,6 +21,7 @@ from yarm.exploration.session import Answer, Request, Session
 from yarm.params import ParamError
 from yarm.ros.common import names
 from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.start import init_node
 from yarm.ros.exploration.inputs import ExplorerInputs
 from yarm.ros.exploration.outputs import ExplorerOutputs
 from yarm.ros.exploration.params import ExplorerParams, explorer_params
@@ -153,7 +154,7 @@ class ExplorerNode:
 
 def main() -> int:
     """Run the node; signals only ask the loop to end, so that the map is saved first."""
-    rospy.init_node(names.EXPLORER_NODE, disable_signals=True)
+    init_node(names.EXPLORER_NODE, disable_signals=True)
     stop = threading.Event()
     for number in SIGNALS:
         signal.signal(number, lambda *_: stop.set())

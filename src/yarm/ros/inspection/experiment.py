@@ -31,6 +31,7 @@ from yarm.resources import resource
 from yarm.robots import turtlebot
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.node import parameters, versions
 from yarm.ros.inspection.experiment_params import InspectionRunParams
@@ -217,7 +218,7 @@ def summary_table(record: RoundRecord, measures: Measures, wrong: Tuple[str, ...
 
 def main() -> int:
     """Run the node; exit code 0 only with every box right, home, in time."""
-    rospy.init_node(names.INSPECTOR_NODE, disable_signals=True)
+    init_node(names.INSPECTOR_NODE, disable_signals=True)
     stop = stopped_by_signals()
     try:
         values: Mapping[str, Any] = rospy.get_param("~", {})

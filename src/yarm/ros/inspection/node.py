@@ -32,6 +32,7 @@ from yarm.params import ParamError
 from yarm.resources import resource
 from yarm.ros.common import names
 from yarm.ros.common.passes import Passes
+from yarm.ros.common.start import init_node
 from yarm.ros.inspection.inputs import InspectorInputs
 from yarm.ros.inspection.navigation_link import NavigationLink
 from yarm.ros.inspection.outputs import InspectorOutputs
@@ -217,7 +218,7 @@ def read_given() -> Inspected:
 
 def main() -> int:
     """Run the node; signals only ask the loop to end, so that the robot stands and the result is written first."""
-    rospy.init_node(names.INSPECTOR_NODE, disable_signals=True)
+    init_node(names.INSPECTOR_NODE, disable_signals=True)
     stop = stopped_by_signals()
     try:
         InspectorNode(read_given(), stop).run()

@@ -19,6 +19,7 @@ from yarm.msg import TagVerdict
 from yarm.params import ParamError
 from yarm.ros.common import names
 from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.start import init_node
 from yarm.ros.inspection.health import HealthReport
 from yarm.ros.inspection.images import take_picture
 from yarm.ros.inspection.recogniser_params import TagRecogniserParams, Tags, pictures_of, recogniser_params
@@ -198,7 +199,7 @@ def picture_message(picture: GreyImage) -> Image:
 
 def main() -> int:
     """Run the node until it is shut down; 1 when its parameters are refused."""
-    rospy.init_node("tag_recogniser")
+    init_node("tag_recogniser")
     try:
         made = TagRecogniserNode(*recogniser_params(rospy.get_param("~", {}), rospy.get_name()))
     except (ParamError, DetectorError, ValueError) as error:

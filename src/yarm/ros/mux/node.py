@@ -13,6 +13,7 @@ from yarm.control.mux import Mux, MuxParams, mux_inputs
 from yarm.params import ParamError
 from yarm.ros.common import names
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 
 IDLE = "idle"
 CHECK_S = 0.1
@@ -64,7 +65,7 @@ class MuxNode:
 
 def main() -> None:
     """Run the node."""
-    rospy.init_node("cmd_vel_mux")
+    init_node("cmd_vel_mux")
     try:
         node = MuxNode(load_params(MuxParams))
     except ParamError as error:

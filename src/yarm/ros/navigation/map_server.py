@@ -20,6 +20,7 @@ from yarm.params import ParamError
 from yarm.ros.common import names
 from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.navigation.maps import grid_message
 from yarm.ros.navigation.params import MapServerParams
 from yarm.yaml_fields import SceneError
@@ -67,7 +68,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="map_server", description="Offers a map file to others.")
     parser.add_argument("map", type=Path, help="the YAML of the map")
     path = parser.parse_args(rospy.myargv()[1:]).map
-    rospy.init_node("map_server")
+    init_node("map_server")
     try:
         params = load_params(MapServerParams)
         server = MapServer(drawn(read_map(path), params.boxes), params)

@@ -27,6 +27,7 @@ from yarm.ros.common import names
 from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.goal_queue import GoalEvent
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.navigation.goal_server import GoalServer, due_goals, goal_in_map
 from yarm.ros.navigation.inputs import MoveBaseInputs
 from yarm.ros.navigation.outputs import MoveBaseOutputs, path_message
@@ -58,10 +59,8 @@ class MoveBaseNode:
         self._held: List[GoalEvent] = []
         self._outputs = MoveBaseOutputs(params)
         self._inputs = MoveBaseInputs(params)
-        # Before the server: a publisher that joins later makes rospy connect to a client a second time, and what the
-        # client sent through the first connection is lost.
-        self._goals = rospy.Publisher(f"{names.MOVE_BASE}/goal", MoveBaseActionGoal, queue_size=10)
         self._server = GoalServer(self._wake)
+        self._goals = rospy.Publisher(f"{names.MOVE_BASE}/goal", MoveBaseActionGoal, queue_size=10)
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
         self._subscribers = [
@@ -260,7 +259,7 @@ class MoveBaseNode:
 
 def main() -> int:
     """Run the node; signals only ask the loop to end, so that the robot is told to stand first."""
-    rospy.init_node(names.MOVE_BASE, disable_signals=True)
+    init_node(names.MOVE_BASE, disable_signals=True)
     stop = threading.Event()
     for number in SIGNALS:
         signal.signal(number, lambda *_: stop.set())

@@ -36,6 +36,7 @@ from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import MapSubscriber, matrix_of_transform
 from yarm.ros.common.params import load_params
 from yarm.ros.common.solids import solids_of
+from yarm.ros.common.start import init_node
 from yarm.safety.clearance import Body, column_boxes
 from yarm.safety.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
 from yarm.safety.movers import Movers
@@ -256,6 +257,6 @@ class SafetyMonitor:
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node(names.SAFETY_NODE)
+    init_node(names.SAFETY_NODE)
     SafetyMonitor(load_params(SafetyParams))
     rospy.spin()

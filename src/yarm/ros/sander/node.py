@@ -34,6 +34,7 @@ from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, ack_fault, joints_fault, present_s
 from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.common.stations import load_station
 from yarm.ros.common.watchers import Watchers
 from yarm.ros.controls.robots import Outbox
@@ -296,5 +297,5 @@ def _marker(plan: Optional[RasterPlan], station: Station, stamp: rospy.Time) -> 
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node("hc10_state_machine")
+    init_node("hc10_state_machine")
     SanderNode(load_params(SanderNodeParams)).spin()

@@ -22,6 +22,7 @@ from yarm.ros.common import names
 from yarm.ros.common.checks import Doorkeeper, registry_fault, transform_fault
 from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
 from yarm.ros.common.params import load_params
+from yarm.ros.common.start import init_node
 from yarm.ros.seeds.params import SeedTfPublisherParams
 from yarm.ros.seeds.tracker import STATIC_STAMP, Link, RegisteredSeed, Seed, SeedTracker
 
@@ -159,5 +160,5 @@ def _link(transform: TransformStamped) -> Tuple[str, Link]:
 
 def main() -> None:
     """Run the node until it is shut down."""
-    rospy.init_node("seed_tf_publisher")
+    init_node("seed_tf_publisher")
     SeedTfPublisher(load_params(SeedTfPublisherParams)).spin()

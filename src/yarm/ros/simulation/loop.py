@@ -12,6 +12,7 @@ import rospy
 
 from yarm.msg import StepAck
 from yarm.params import ParamError
+from yarm.ros.common.start import init_node
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.joint_path import JointPathError
 from yarm.yaml_fields import SceneError
@@ -165,7 +166,7 @@ def run_node(name: str, run: Callable[[threading.Event], None], *refusals: Type[
         refusals: what ends the node with a message and exit code 1, besides wrong parameters, scenes and lock-steps.
     """
     refused: Tuple[Type[Exception], ...] = (ParamError, SceneError, SyncError, *refusals)
-    rospy.init_node(name, disable_signals=True)
+    init_node(name, disable_signals=True)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
