@@ -23,7 +23,7 @@ import numpy as np
 import pybullet
 import raw_rows
 
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.scenes.scene import Scene, load_scene, scene_from
 from yarm.sim.sensors.camera_model import KINECT, Rays
@@ -120,7 +120,7 @@ def triangles_table() -> List[Tuple[int, Times]]:
     rows = []
     for n in (1, 8, 32):
         corners = np.concatenate([sphere_triangles(0.5 + 0.001 * k) for k in range(n)])
-        solid = EmbreeSolid(Solid("sphere", (0.5,), np.eye(4)), corners)
+        solid = EmbreeSolid(Solid(Shape.SPHERE, (0.5,), np.eye(4)), corners)
         origin = np.array([0.0, 0.0, -2.0], dtype=np.float32)
         rows.append((len(corners), measured(lambda: solid.cast(origin, directions), 50)))  # noqa: B023
     return rows

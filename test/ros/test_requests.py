@@ -12,7 +12,7 @@ from yarm.msg import RegisteredObject
 from yarm.srv import SpawnObstaclesRequest
 
 from yarm.geometry import quaternion_from_rpy
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.ros.common import names
 from yarm.ros.common.solids import primitive_of
 from yarm.ros.controls.mobile import boxes_in_base, target_pose
@@ -91,7 +91,7 @@ def test_all_faults_of_a_request_are_told_at_once():
 
 def test_only_solids_in_the_base_frame_count_for_calibration():
     base = names.base_frame("ankurbot_1")
-    solids = [Solid("cylinder", (0.35, 0.45), None), Solid("box", (1.3, 0.08, 0.08), None)]
+    solids = [Solid(Shape.CYLINDER, (0.35, 0.45), None), Solid(Shape.BOX, (1.3, 0.08, 0.08), None)]
     turned = Pose(Point(0.65, 0.0, 0.9), Quaternion(*quaternion_from_rpy(0.0, 0.0, math.pi / 2)))
     entry = RegisteredObject(
         shapes=[primitive_of(solid) for solid in solids],

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from shape_msgs.msg import SolidPrimitive
 from yarm.msg import RegisteredObject
 
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.ros.commander.markers import solid_markers
 from yarm.ros.common.solids import primitive_of, solid_of, solids_of
 
@@ -25,7 +25,7 @@ def test_a_solid_comes_back_as_it_went(shape, size):
 
 
 def test_a_cylinder_tells_its_height_and_radius_where_the_message_wants_them():
-    message = primitive_of(Solid("cylinder", (0.35, 0.45), np.eye(4)))
+    message = primitive_of(Solid(Shape.CYLINDER, (0.35, 0.45), np.eye(4)))
     assert message.dimensions[SolidPrimitive.CYLINDER_RADIUS] == 0.35
     assert message.dimensions[SolidPrimitive.CYLINDER_HEIGHT] == 0.45
 

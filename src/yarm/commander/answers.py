@@ -8,9 +8,10 @@ from typing import Dict, Tuple
 
 import numpy as np
 
+from yarm.control.actions import SearchSpace
 from yarm.geometry import BoolArray, GridSpec
 
-LENGTHS: Dict[str, int] = {"XY": 3, "SWITCH": 6}
+LENGTHS: Dict[SearchSpace, int] = {SearchSpace.XY: 3, SearchSpace.SWITCH: 6}
 """Numbers that follow AREA for each search space."""
 
 _PATTERN = re.compile(r"^SPACE=(?P<space>[A-Z]+)/AREA=(?P<area>-?\d+(,-?\d+)*)$")
@@ -25,18 +26,18 @@ class Answer:
     """What a robot can do.
 
     Attributes:
-        space: "XY": is moved in the plane; "SWITCH": is switched on and off.
+        space: in what it is moved.
         area: XY: its extent in cells, x, y, z, the arm along x. SWITCH: its private area, the cells x, y and z from
             first to last, both inclusive.
     """
 
-    space: str
+    space: SearchSpace
     area: Tuple[int, ...]
 
     def private_columns(self, spec: GridSpec) -> BoolArray:
         """Columns (gx, gy) of the private area; none for a robot that has no such area."""
         columns = np.zeros(spec.shape[:2], dtype=bool)
-        if self.space == "SWITCH":
+        if self.space is SearchSpace.SWITCH:
             x0, x1, y0, y1 = self.area[:4]
             columns[max(x0, 0) : x1 + 1, max(y0, 0) : y1 + 1] = True
         return columns
@@ -49,11 +50,11 @@ def parse_answer(text: str) -> Answer:
         AnswerError: the text is not in the form above.
     """
     match = _PATTERN.match(text.strip())
-    space = match["space"] if match else ""
-    if match is None or space not in LENGTHS:
+    if match is None or match["space"] not in tuple(SearchSpace):
         raise AnswerError(
             f"calibration answer {text!r} must be SPACE=XY/AREA=x,y,z or SPACE=SWITCH/AREA=x0,x1,y0,y1,z0,z1"
         )
+    space = SearchSpace(match["space"])
     area = tuple(int(part) for part in match["area"].split(","))
     if len(area) != LENGTHS[space]:
         raise AnswerError(f"calibration answer {text!r} must have {LENGTHS[space]} numbers after AREA, not {len(area)}")

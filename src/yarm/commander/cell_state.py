@@ -13,6 +13,7 @@ from yarm.commander.events import Target
 from yarm.commander.goals import GoalBook
 from yarm.commander.params import CommanderParams
 from yarm.commander.shapes import RobotShape
+from yarm.control.actions import SearchSpace
 from yarm.control.sander.states import SanderState
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
 from yarm.geometry.kinds import ObjectKind
@@ -120,7 +121,7 @@ class CellState:
         spec = self.spec
         areas = {}
         for name, answer in sorted(self.answers.items()):
-            if name in self.kinds and answer.space == "SWITCH":
+            if name in self.kinds and answer.space is SearchSpace.SWITCH:
                 areas[name] = _inflated(answer.private_columns(spec), margin)
         return areas
 

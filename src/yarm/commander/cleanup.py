@@ -7,7 +7,7 @@ from typing import List, Set
 from yarm.commander.activity import Activity, Ending
 from yarm.commander.assignment import HomeAssignments
 from yarm.commander.cell_state import CellState
-from yarm.commander.events import Action, DeleteDone, GoalDone, Log, Outcome, TaskView
+from yarm.commander.events import Action, DeleteDone, GoalDone, Level, Log, Outcome, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
 from yarm.commander.mission import Mission, Tools
 from yarm.control.actions import ArmAction
@@ -60,7 +60,7 @@ class Cleanup(Activity):
             return []
         self._retry_s = now_s + self.cell.params.retry_s
         self.reason = f"{goal.robot} is not in storage: {event.outcome.value} {event.message}".rstrip()
-        return [Log("warn", self.reason)]
+        return [Log(Level.WARN, self.reason)]
 
     def delete_done(self, event: DeleteDone) -> List[Action]:
         """Deletions of an earlier mission may still be answered."""

@@ -160,11 +160,18 @@ class ShowPlan:
     refusals: int = 0
 
 
+class Level(Enum):
+    """How urgent a message to a person is."""
+
+    INFO = "info"
+    WARN = "warn"
+
+
 @dataclass(frozen=True)
 class Log:
-    """Something a person should read; level is "info" or "warn"."""
+    """Something a person should read."""
 
-    level: str
+    level: Level
     text: str
 
 

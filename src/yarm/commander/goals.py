@@ -34,6 +34,7 @@ class ActiveGoal:
         sent_s: when it was sent.
         cancelled_s: when it was cancelled; None when it was not.
         why: why it was cancelled.
+        replans: it was cancelled to be planned again at once.
         best: least distance measure to the target so far (see ``remaining``).
         best_s: when it last became less.
     """
@@ -46,6 +47,7 @@ class ActiveGoal:
     sent_s: float
     cancelled_s: Optional[float] = None
     why: str = ""
+    replans: bool = False
     best: float = math.inf
     best_s: float = 0.0
 
@@ -76,12 +78,19 @@ class GoalBook:
         self.active[robot] = ActiveGoal(robot, self._serial, purpose, action, target, now_s, best_s=now_s)
         return SendGoal(robot, self._serial, action, target)
 
-    def cancel(self, robot: str, now_s: float, why: str) -> List[CancelGoal]:
-        """Cancel a robot's goal; nothing when it has none or it was cancelled already."""
+    def cancel(self, robot: str, now_s: float, why: str, replans: bool = False) -> List[CancelGoal]:
+        """Cancel a robot's goal; nothing when it has none or it was cancelled already.
+
+        Args:
+            robot: whose goal.
+            now_s: simulated time.
+            why: the reason, for people.
+            replans: whether the robot is planned for again at once.
+        """
         goal = self.active.get(robot)
         if goal is None or goal.cancelled_s is not None:
             return []
-        self.active[robot] = replace(goal, cancelled_s=now_s, why=why)
+        self.active[robot] = replace(goal, cancelled_s=now_s, why=why, replans=replans)
         return [CancelGoal(robot, goal.serial)]
 
     def end(self, event: GoalDone) -> Optional[ActiveGoal]:

@@ -25,6 +25,7 @@ from yarm.commander.events import (
     Event,
     GoalDone,
     Hold,
+    Level,
     Log,
     MapUpdate,
     Outcome,
@@ -154,7 +155,7 @@ class Commander:
             self._work = Stopping(self.cell)
         if self._work is not None and not stops:
             self._last_tasks = ()
-        actions.append(Log("info", f"state {int(state)} {state.name}"))
+        actions.append(Log(Level.INFO, f"state {int(state)} {state.name}"))
         return actions + (self._work.start(now_s) if self._work is not None else []) + self._settle_work(now_s)
 
     def _mission(self) -> Mission:
@@ -176,7 +177,7 @@ class Commander:
         self._result, self._work = work.result, None
         if not isinstance(work, Stopping):
             self._last_tasks = tuple(work.tasks())
-        level = "warn" if work.result.outcome is Ending.FAILED else "info"
+        level = Level.WARN if work.result.outcome is Ending.FAILED else Level.INFO
         actions: List[Action] = [
             Log(level, f"{self.state.name} {work.result.outcome.value} {work.result.reason}".rstrip())
         ]
@@ -190,7 +191,7 @@ class Commander:
         actions: List[Action] = []
         for goal in self.cell.goals.overdue(now_s, self.params.cancel_timeout_s):
             text = f"{goal.robot} has not ended its cancelled goal within {self.params.cancel_timeout_s:g} s"
-            actions.append(Log("warn", text))
+            actions.append(Log(Level.WARN, text))
             actions += self._on_goal_done(GoalDone(goal.robot, goal.serial, Outcome.LOST, text), now_s)
         return actions
 
@@ -199,9 +200,9 @@ class Commander:
             return []
         self._fault = fault
         if not fault:
-            return [Log("info", "the fault is gone, the work goes on")]
+            return [Log(Level.INFO, "the fault is gone, the work goes on")]
         steps = self.cell.goals.of(Purpose.STEP)
-        actions: List[Action] = [Log("warn", fault)] if steps or self.busy else []
+        actions: List[Action] = [Log(Level.WARN, fault)] if steps or self.busy else []
         for goal in steps:
             actions += self.cell.goals.cancel(goal.robot, now_s, fault)
         return actions
@@ -276,7 +277,7 @@ class Commander:
         self.cell.forget_poses()
         self._supervisor.reset()
         self._map_seen_s, self._fault, self._entered_s = None, "", now_s
-        actions: List[Action] = [Log("warn", "simulated time went backwards: the simulator was started again")]
+        actions: List[Action] = [Log(Level.WARN, "simulated time went backwards: the simulator was started again")]
         if self.state in (State.IDLE, State.STARTED):
             self._off_since_s = now_s
             return actions

@@ -16,6 +16,7 @@ from yarm.commander.events import (
     DeleteDone,
     DeleteObject,
     GoalDone,
+    Level,
     Log,
     Outcome,
     ShowPlan,
@@ -23,6 +24,7 @@ from yarm.commander.events import (
     TaskView,
 )
 from yarm.commander.goals import ActiveGoal, Purpose
+from yarm.commander.params import CheckSteps
 from yarm.commander.recovery import way_in
 from yarm.commander.steps import CheckedSteps, StepGuard, sendable
 from yarm.control.actions import MobileAction
@@ -117,17 +119,17 @@ class Mission(Activity):
         held = self.cell.holds.get(goal.robot, "")
         reason = goal.why or held or f"{event.outcome.value} {event.message}".rstrip()
         self._note(goal.robot, reason)
-        if not goal.why.startswith("replan"):
+        if not goal.replans:
             self._not_before_s = max(self._not_before_s, now_s + self.cell.params.retry_s)
-        return [Log("warn", f"{goal.robot} did not reach its waypoint: {reason}")]
+        return [Log(Level.WARN, f"{goal.robot} did not reach its waypoint: {reason}")]
 
     def delete_done(self, event: DeleteDone) -> List[Action]:
         """The simulator (or whoever keeps the cell) has answered, maybe for an earlier mission."""
         if event.success:
             if event.name in self._deleting():
                 self._queue.deleted(event.name)
-            return [Log("info", f"{event.name} is deleted")]
-        return [Log("warn", f"{event.name} was not deleted, it is tried again: {event.message}")]
+            return [Log(Level.INFO, f"{event.name} is deleted")]
+        return [Log(Level.WARN, f"{event.name} was not deleted, it is tried again: {event.message}")]
 
     def tasks(self) -> List[TaskView]:
         """Every task: finished, assigned, waiting or unreachable."""
@@ -192,7 +194,7 @@ class Mission(Activity):
                 self._guard.watch_cells(name, way.cells)
                 text = f"{name} is outside the mapped volume at ({robot.x:.2f}, {robot.y:.2f}) m: it comes straight in"
                 send = self.cell.goals.send(name, Purpose.STEP, MobileAction.ABOUT_TIP.value, now_s, way.target)
-                return [Log("warn", text), send]
+                return [Log(Level.WARN, text), send]
         return []
 
     def _watch(self, now_s: float) -> List[Action]:
@@ -203,8 +205,12 @@ class Mission(Activity):
             if goal.robot not in self.cell.robots:
                 actions += goals.cancel(goal.robot, now_s, f"{goal.robot} has left the map")
             elif self._aim_lost(goal.robot):
-                actions += goals.cancel(goal.robot, now_s, "replan: its goal has moved or gone")
-        if params.check_steps == "true" and now_s - self._checked_s >= params.recheck_s and goals.of(Purpose.STEP):
+                actions += goals.cancel(goal.robot, now_s, "replan: its goal has moved or gone", replans=True)
+        if (
+            params.checking is CheckSteps.SEND_SAFE
+            and now_s - self._checked_s >= params.recheck_s
+            and goals.of(Purpose.STEP)
+        ):
             self._checked_s = now_s
             actions += self._recheck(now_s)
         return actions
@@ -225,7 +231,7 @@ class Mission(Activity):
             occupied[tuple(own[request.spec.contains(own)].T)] = False
         for robot, cells in self._guard.alarms(occupied):
             name = self._owner(cells)
-            actions += self.cell.goals.cancel(robot, now_s, f"replan: {name} is in the way")
+            actions += self.cell.goals.cancel(robot, now_s, f"replan: {name} is in the way", replans=True)
             self._guard.forget(robot)
         return actions
 
@@ -246,7 +252,7 @@ class Mission(Activity):
                 continue
             task = self._queue.pop(robot, now_s)
             if task.kind is not GoalKind.CLEAR:
-                actions.append(Log("info", f"{robot} has reached {name}"))
+                actions.append(Log(Level.INFO, f"{robot} has reached {name}"))
             if task.status is TaskStatus.DELETING:
                 actions.append(DeleteObject(name))
         actions += self._delete_again(now_s)
@@ -258,7 +264,7 @@ class Mission(Activity):
             name = task.goal.name
             if now_s - task.since_s > self.cell.params.delete_timeout_s:
                 self._queue.ask_again(name, now_s)
-                actions += [Log("warn", f"no answer to the deletion of {name}, asked again"), DeleteObject(name)]
+                actions += [Log(Level.WARN, f"no answer to the deletion of {name}, asked again"), DeleteObject(name)]
         return actions
 
     def _assign(self, now_s: float) -> PlanRequest:
@@ -300,15 +306,15 @@ class Mission(Activity):
     def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
         plan = self._tools.planner.plan(request, self._tools.rng)
         before_s = self._tools.stopwatch_s()
-        checked = sendable(request, plan, self.cell.params.check_steps)
+        checked = sendable(request, plan, self.cell.params.checking)
         check_ms = 1e3 * (self._tools.stopwatch_s() - before_s)
         self._refusals += bool(checked.refused)
         sent = tuple(checked.steps)
         actions: List[Action] = [ShowPlan(request, plan, sent, checked.refused, check_ms, self._refusals)]
         if checked.refused:
-            kept = self.cell.params.check_steps == "true"
+            kept = self.cell.params.checking is CheckSteps.SEND_SAFE
             verdict = "a step was not sent: " if kept else "a step was sent that the checker refuses: "
-            actions.append(Log("warn", verdict + checked.refused))
+            actions.append(Log(Level.WARN, verdict + checked.refused))
         self._take_refusals(plan)
         if not checked.steps:
             self._stand_still(plan, checked, now_s)

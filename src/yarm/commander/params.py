@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Tuple
 
 from yarm.params import param
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.registry import PLANNER_NAMES
+
+
+class CheckSteps(str, Enum):
+    """What the independent checker's verdict on a plan does, as parameter ``check_steps`` writes it."""
+
+    SEND_SAFE = "true"
+    """Only what it passes is sent."""
+    UNCHECKED = "false"
+    """Everything is sent, and it is not asked."""
+    REPORT = "report"
+    """Everything is sent, and what it has against it is counted."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +58,11 @@ class CommanderParams:
         True, "", "plan again at every waypoint; false: each robot follows its first path to the end, as published"
     )
     check_steps: str = param(
-        "true",
+        CheckSteps.SEND_SAFE.value,
         "",
         "true: send only what the independent checker passes; false: send everything, unchecked; "
         "report: send everything and count what it would have refused (the published planner as it was)",
-        choices=("true", "false", "report"),
+        choices=[mode.value for mode in CheckSteps],
     )
     recheck_s: float = param(
         0.1, "s", "how often a step under way is checked against the newest map", low=0.0, high=10.0
@@ -66,6 +78,11 @@ class CommanderParams:
         0.30, "m", "tip of a manipulator nearer than this to debris or a robot: OFF", low=0.0
     )
     resume_distance_m: float = param(0.40, "m", "farther than this: ON again", low=0.0)
+
+    @property
+    def checking(self) -> CheckSteps:
+        """What ``check_steps`` says."""
+        return CheckSteps(self.check_steps)
 
     @property
     def planner_params(self) -> PlannerParams:

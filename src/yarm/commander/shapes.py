@@ -13,7 +13,7 @@ from typing import Dict, List, Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import GridSpec, Mask, transform_points
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.robots.ankurbot import Beam, Disc, solids_mask
 
 YAW_STEP_RAD = math.radians(0.1)
@@ -56,7 +56,7 @@ def robot_shape(solids: Sequence[Solid], height_m: float) -> RobotShape:
         points = transform_points(solid.pose, corners)
         low, high = points.min(axis=0), points.max(axis=0)
         z = (float(low[2]) + height_m, float(high[2]) + height_m)
-        if solid.shape == "sphere" or (solid.shape == "cylinder" and abs(solid.pose[2, 2]) > 1.0 - 1e-6):
+        if solid.shape == Shape.SPHERE or (solid.shape == Shape.CYLINDER and abs(solid.pose[2, 2]) > 1.0 - 1e-6):
             x, y = (float(v) for v in solid.pose[:2, 3])
             discs.append(Disc(x, y, float(half[0]), z))
         else:

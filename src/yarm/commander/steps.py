@@ -7,6 +7,7 @@ from typing import Callable, Dict, List, Tuple
 
 import numpy as np
 
+from yarm.commander.params import CheckSteps
 from yarm.geometry import BoolArray, IntArray
 from yarm.planning.model.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
 from yarm.planning.verification.checker import check_step, sweep_of
@@ -53,18 +54,18 @@ def _only(plan: FleetPlan, robots: List[str]) -> FleetPlan:
     return replace(plan, robots=kept)
 
 
-def sendable(request: PlanRequest, plan: FleetPlan, mode: str) -> CheckedSteps:
+def sendable(request: PlanRequest, plan: FleetPlan, mode: CheckSteps) -> CheckedSteps:
     """What is sent of a plan, by ``check_steps``.
 
     Args:
         request: what was asked.
         plan: the answer.
-        mode: "true": the safe part; "false": everything; "report": everything, and what the checker has against it.
+        mode: the safe part, everything, or everything and what the checker has against it.
     """
-    if mode == "true":
+    if mode is CheckSteps.SEND_SAFE:
         return safe_part(request, plan)
     steps = steps_of(plan)
-    refused = check_step(request, plan).reason if mode == "report" and steps else ""
+    refused = check_step(request, plan).reason if mode is CheckSteps.REPORT and steps else ""
     return CheckedSteps(steps, refused)
 
 

@@ -9,7 +9,7 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 
 from yarm.commander.cell_state import CellState
-from yarm.commander.events import Action, GoalDone, Log, Outcome
+from yarm.commander.events import Action, GoalDone, Level, Log, Outcome
 from yarm.commander.goals import Purpose
 from yarm.control.actions import ArmAction
 from yarm.control.sander.states import SanderState
@@ -100,7 +100,7 @@ class Supervisor:
             switch.applied = switch.wanted
             return []
         switch.applied = None
-        return [Log("warn", f"{event.robot} was not switched: {event.outcome.value} {event.message}".rstrip())]
+        return [Log(Level.WARN, f"{event.robot} was not switched: {event.outcome.value} {event.message}".rstrip())]
 
     def _decide(self, name: str, now_s: float) -> List[Action]:
         cell = self._cell
@@ -123,4 +123,4 @@ class Supervisor:
         what = "nothing near" if not near.name else f"{near.name} at {near.distance_m:.2f} m"
         action = ArmAction.ON if wanted else ArmAction.OFF
         text = f"{name} {action.value}: {what}"
-        return [Log("info", text), cell.goals.send(name, Purpose.SWITCH, action.value, now_s)]
+        return [Log(Level.INFO, text), cell.goals.send(name, Purpose.SWITCH, action.value, now_s)]

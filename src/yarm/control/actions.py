@@ -22,6 +22,19 @@ class MobileAction(Enum):
         return MobileAction.ABOUT_BODY if text in ("True", "true", "TRUE") else MobileAction.ABOUT_TIP
 
 
+class SearchSpace(str, Enum):
+    """What may be done with a robot, as its answer to CALIBRATION writes it (SPACE=...)."""
+
+    XY = "XY"
+    """It is moved in the plane."""
+    SWITCH = "SWITCH"
+    """It is switched on and off."""
+
+    def answer(self, area: object) -> str:
+        """The answer to a CALIBRATION goal, with the numbers of its area."""
+        return f"SPACE={self.value}/AREA={area}"
+
+
 class ArmAction(Enum):
     """Actions of a manipulator with a sander."""
 

@@ -1,4 +1,4 @@
-"""What an object of the cell is."""
+"""What an object of the cell is, and what its contacts count as."""
 
 from __future__ import annotations
 
@@ -13,6 +13,18 @@ class ObjectKind(str, Enum):
     DEBRIS = "Debris"
     TARGET = "Target"
     OBSTACLE = "Obstacle"
+
+    def __str__(self) -> str:
+        """The word."""
+        return str(self.value)
+
+
+class ContactKind(str, Enum):
+    """What a contact counts as: equal to the word of Contacts and of an experiment's results."""
+
+    ALLOWED = "allowed"
+    SANDER_DEBRIS = "sander_debris"
+    FAILURE = "failure"
 
     def __str__(self) -> str:
         """The word."""

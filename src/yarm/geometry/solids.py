@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from typing import List, Sequence, Tuple
 
 import numpy as np
@@ -11,7 +12,17 @@ import numpy as np
 from yarm.geometry.grid import FloatArray
 from yarm.geometry.poses import transform_points
 
-SHAPES = ("box", "cylinder", "sphere")
+
+class Shape(str, Enum):
+    """Shapes of primitives: equal to the words of URDF and scene files."""
+
+    BOX = "box"
+    CYLINDER = "cylinder"
+    SPHERE = "sphere"
+
+    def __str__(self) -> str:
+        """The word."""
+        return str(self.value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,12 +30,12 @@ class Solid:
     """A primitive with its pose in some frame.
 
     Attributes:
-        shape: "box", "cylinder" (axis z) or "sphere".
+        shape: a cylinder's axis is z.
         size: box: x, y, z; cylinder: radius, length; sphere: radius; metres.
         pose: (4, 4) pose of its centre in that frame.
     """
 
-    shape: str
+    shape: Shape
     size: Tuple[float, ...]
     pose: FloatArray
 
@@ -35,13 +46,13 @@ class Solid:
         Raises:
             ValueError: a shape that is not known.
         """
-        if self.shape == "box":
+        if self.shape == Shape.BOX:
             return 0.5 * np.asarray(self.size, dtype=float)
-        if self.shape == "cylinder":
+        if self.shape == Shape.CYLINDER:
             return np.array([self.size[0], self.size[0], 0.5 * self.size[1]])
-        if self.shape == "sphere":
+        if self.shape == Shape.SPHERE:
             return np.full(3, float(self.size[0]))
-        raise ValueError(f"solid {self.shape!r} must be one of {', '.join(SHAPES)}")
+        raise ValueError(f"solid {self.shape!r} must be one of {', '.join(Shape)}")
 
     def seen_from(self, transform: FloatArray) -> Solid:
         """The same primitive in another frame; ``transform`` (4, 4) takes points of its frame there."""
@@ -62,9 +73,9 @@ def surface_points(solids: Sequence[Solid], spacing_m: float) -> FloatArray:
 
 def _surface(solid: Solid, spacing_m: float) -> FloatArray:
     half = solid.half_extent
-    if solid.shape == "box":
+    if solid.shape == Shape.BOX:
         return _box_points(half, spacing_m)
-    if solid.shape == "cylinder":
+    if solid.shape == Shape.CYLINDER:
         return _cylinder_points(solid.size[0], solid.size[1], spacing_m)
     return _sphere_points(solid.size[0], spacing_m)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple, Union
 
@@ -12,9 +13,24 @@ import xacro
 
 from yarm.geometry.grid import FloatArray
 from yarm.geometry.poses import quaternion_from_rpy, transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 
 DEFAULT_COLOUR = (0.7, 0.7, 0.7)
+
+
+class JointKind(str, Enum):
+    """Types of joints: equal to the words of URDF."""
+
+    FIXED = "fixed"
+    REVOLUTE = "revolute"
+    CONTINUOUS = "continuous"
+    PRISMATIC = "prismatic"
+    FLOATING = "floating"
+    PLANAR = "planar"
+
+    def __str__(self) -> str:
+        """The word."""
+        return str(self.value)
 
 
 class UrdfError(ValueError):
@@ -39,7 +55,7 @@ class Joint:
     """One joint: frame ``child`` in frame ``parent`` at joint value 0 is ``T_parent_child``; limits in rad, rad/s."""
 
     name: str
-    kind: str
+    kind: JointKind
     parent: str
     child: str
     T_parent_child: FloatArray
@@ -67,7 +83,7 @@ class UrdfModel:
         """
         pose = np.eye(4)
         parents = {joint.child: joint for joint in self.joints.values()}
-        while link in parents and parents[link].kind == "fixed":
+        while link in parents and parents[link].kind is JointKind.FIXED:
             pose = parents[link].T_parent_child @ pose
             link = parents[link].parent
         return link, pose
@@ -75,7 +91,7 @@ class UrdfModel:
     @property
     def moving_joints(self) -> Tuple[Joint, ...]:
         """Joints that are not fixed, in order of the file."""
-        return tuple(joint for joint in self.joints.values() if joint.kind != "fixed")
+        return tuple(joint for joint in self.joints.values() if joint.kind is not JointKind.FIXED)
 
 
 def expand_xacro(path: Union[str, Path], **args: object) -> str:
@@ -98,7 +114,7 @@ def parse_urdf(text: str) -> UrdfModel:
     """Links, joints and collision solids of URDF text.
 
     Raises:
-        UrdfError: not XML, or a geometry other than box, cylinder and sphere.
+        UrdfError: not XML, a geometry other than box, cylinder and sphere, or a joint of a type that URDF has not.
     """
     try:
         root = ET.fromstring(text)
@@ -131,14 +147,14 @@ def _solids_of(link: ET.Element, colours: Dict[str, Tuple[float, ...]]) -> List[
     ]
 
 
-def _geometry_of(geometry: Optional[ET.Element], link: str) -> Tuple[str, Tuple[float, ...]]:
+def _geometry_of(geometry: Optional[ET.Element], link: str) -> Tuple[Shape, Tuple[float, ...]]:
     for element in geometry if geometry is not None else ():
-        if element.tag == "box":
-            return "box", _numbers(element.get("size"), 3)
-        if element.tag == "cylinder":
-            return "cylinder", (float(element.get("radius", 0)), float(element.get("length", 0)))
-        if element.tag == "sphere":
-            return "sphere", (float(element.get("radius", 0)),)
+        if element.tag == Shape.BOX:
+            return Shape.BOX, _numbers(element.get("size"), 3)
+        if element.tag == Shape.CYLINDER:
+            return Shape.CYLINDER, (float(element.get("radius", 0)), float(element.get("length", 0)))
+        if element.tag == Shape.SPHERE:
+            return Shape.SPHERE, (float(element.get("radius", 0)),)
     raise UrdfError(f"link {link}: its geometry must be a box, a cylinder or a sphere")
 
 
@@ -150,7 +166,7 @@ def _joint_of(joint: ET.Element) -> Joint:
     direction = _numbers(None if axis is None else axis.get("xyz"), 3, default=(1.0, 0.0, 0.0))
     return Joint(
         name=joint.get("name", ""),
-        kind=joint.get("type", ""),
+        kind=_kind_of(joint),
         parent=parent.get("link", ""),
         child=child.get("link", ""),
         T_parent_child=_origin_of(joint.find("origin")),
@@ -160,6 +176,13 @@ def _joint_of(joint: ET.Element) -> Joint:
         velocity=float(limits.get("velocity", 0.0)),
         effort=float(limits.get("effort", 0.0)),
     )
+
+
+def _kind_of(joint: ET.Element) -> JointKind:
+    kind = joint.get("type", "")
+    if kind not in tuple(JointKind):
+        raise UrdfError(f"joint {joint.get('name')}: its type {kind!r} must be one of {', '.join(JointKind)}")
+    return JointKind(kind)
 
 
 def _origin_of(origin: Optional[ET.Element]) -> FloatArray:

@@ -13,7 +13,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import FloatArray, GridSpec, IntArray, Pose2, wrap_angle
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,10 +239,10 @@ def signed_distance(points: FloatArray, solid: Solid) -> FloatArray:
     rotation = solid.pose[:3, :3]
     local = (points - solid.pose[:3, 3]) @ rotation
     half = solid.half_extent
-    if solid.shape == "sphere":
+    if solid.shape == Shape.SPHERE:
         result: FloatArray = np.linalg.norm(local, axis=1) - half[0]
         return result
-    if solid.shape == "cylinder":
+    if solid.shape == Shape.CYLINDER:
         outside = np.column_stack([np.hypot(local[:, 0], local[:, 1]) - half[0], np.abs(local[:, 2]) - half[2]])
     else:
         outside = np.abs(local) - half

@@ -13,7 +13,7 @@ from yarm.commander.events import CancelGoal, GoalDone, Outcome, Target
 from yarm.commander.goals import GoalBook, Purpose, remaining
 from yarm.commander.shapes import robot_shape
 from yarm.commander.supervision import distance_to_cells
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.robots.ankurbot import ankurbot_mask
 
 
@@ -39,11 +39,11 @@ def pose(x=0.0, y=0.0, z=0.0):
 
 def test_the_shape_from_solids_is_the_drawn_robot():
     solids = [
-        Solid("cylinder", (0.35, 0.45), pose(-1.3, 0, 0.325 - 0.89)),
-        Solid("box", (0.10, 0.10, 0.42), pose(-1.3, 0, 0.76 - 0.89)),
-        Solid("box", (1.30, 0.08, 0.08), pose(-0.65, 0, 0.0)),
-        Solid("sphere", (0.04,), pose()),
-        *[Solid("sphere", (0.05,), pose(-1.3 + x, y, 0.05 - 0.89)) for x in (-0.15, 0.15) for y in (-0.15, 0.15)],
+        Solid(Shape.CYLINDER, (0.35, 0.45), pose(-1.3, 0, 0.325 - 0.89)),
+        Solid(Shape.BOX, (0.10, 0.10, 0.42), pose(-1.3, 0, 0.76 - 0.89)),
+        Solid(Shape.BOX, (1.30, 0.08, 0.08), pose(-0.65, 0, 0.0)),
+        Solid(Shape.SPHERE, (0.04,), pose()),
+        *[Solid(Shape.SPHERE, (0.05,), pose(-1.3 + x, y, 0.05 - 0.89)) for x in (-0.15, 0.15) for y in (-0.15, 0.15)],
     ]
     shape = robot_shape(solids, 0.89)
     for yaw in (0.0, math.pi / 2, 2.1):

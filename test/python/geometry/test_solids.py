@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix, transform_points
-from yarm.geometry.solids import SHAPES, Solid, surface_points
+from yarm.geometry.solids import Shape, Solid, surface_points
 
 POSE = transform_matrix((0.3, -0.2, 1.1), quaternion_from_rpy(0.4, -0.7, 2.0))
 lengths = st.floats(0.01, 0.6)
@@ -41,7 +41,7 @@ def off_surface(body: Solid, points: FloatArray) -> FloatArray:
     return np.abs((np.abs(points) - half).max(axis=1))
 
 
-@given(st.sampled_from(SHAPES), lengths, lengths, lengths, st.floats(0.02, 0.2), st.integers(0, 2**32 - 1))
+@given(st.sampled_from(Shape), lengths, lengths, lengths, st.floats(0.02, 0.2), st.integers(0, 2**32 - 1))
 def test_the_points_lie_on_the_surface_and_none_of_it_is_farther_than_the_spacing(
     shape: str, a: float, b: float, c: float, spacing_m: float, seed: int
 ) -> None:
@@ -73,7 +73,7 @@ def test_half_extents_hold_the_solid(shape: str, size: tuple, half: tuple) -> No
 
 
 def test_a_solid_seen_from_another_frame_keeps_its_shape() -> None:
-    body = Solid("cylinder", (0.35, 0.45), POSE)
+    body = Solid(Shape.CYLINDER, (0.35, 0.45), POSE)
     there = body.seen_from(np.linalg.inv(POSE))
     assert (there.shape, there.size) == (body.shape, body.size)
     assert there.pose == pytest.approx(np.eye(4))

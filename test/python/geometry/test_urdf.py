@@ -99,6 +99,10 @@ def test_fixed_joints_tie_links_to_the_nearest_one_that_moves(arm: UrdfModel) ->
             "<robot><joint name='j' type='fixed'><parent link='a'/></joint></robot>",
             "joint j: needs a parent and a child",
         ),
+        (
+            "<robot><joint name='j' type='hinge'><parent link='a'/><child link='b'/></joint></robot>",
+            "joint j: its type 'hinge' must be one of fixed, revolute",
+        ),
     ],
 )
 def test_what_cannot_be_used_is_named(text: str, words: str) -> None:

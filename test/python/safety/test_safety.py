@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from yarm.geometry import GridSpec, Pose2
-from yarm.geometry.solids import Solid, surface_points
+from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.safety.clearance import (
     Body,
     Foresight,
@@ -34,21 +34,25 @@ def at(x=0.0, y=0.0, z=0.0):
 
 
 ROBOT = surface_points(
-    [Solid("cylinder", (0.35, 0.45), at(-1.3, 0.0, -0.565)), Solid("box", (1.3, 0.08, 0.08), at(-0.65, 0.0, 0.0))], 0.08
+    [
+        Solid(Shape.CYLINDER, (0.35, 0.45), at(-1.3, 0.0, -0.565)),
+        Solid(Shape.BOX, (1.3, 0.08, 0.08), at(-0.65, 0.0, 0.0)),
+    ],
+    0.08,
 )
-WALL = Body("table", (Solid("box", (1.0, 4.0, 1.0), at(1.5, 0.0, 0.5)),))
+WALL = Body("table", (Solid(Shape.BOX, (1.0, 4.0, 1.0), at(1.5, 0.0, 0.5)),))
 HEIGHT = 0.89
 
 
 @pytest.mark.parametrize(
     ("solid", "point", "expected"),
     [
-        (Solid("box", (2.0, 2.0, 2.0), at()), (2.0, 0.0, 0.0), 1.0),
-        (Solid("box", (2.0, 2.0, 2.0), at()), (0.0, 0.0, 0.75), -0.25),
-        (Solid("sphere", (0.5,), at(1.0)), (1.0, 2.0, 0.0), 1.5),
-        (Solid("cylinder", (0.5, 2.0), at()), (1.5, 0.0, 0.0), 1.0),
-        (Solid("cylinder", (0.5, 2.0), at()), (0.0, 0.0, 1.25), 0.25),
-        (Solid("cylinder", (0.5, 2.0), at()), (3.5, 0.0, 5.0), 5.0),
+        (Solid(Shape.BOX, (2.0, 2.0, 2.0), at()), (2.0, 0.0, 0.0), 1.0),
+        (Solid(Shape.BOX, (2.0, 2.0, 2.0), at()), (0.0, 0.0, 0.75), -0.25),
+        (Solid(Shape.SPHERE, (0.5,), at(1.0)), (1.0, 2.0, 0.0), 1.5),
+        (Solid(Shape.CYLINDER, (0.5, 2.0), at()), (1.5, 0.0, 0.0), 1.0),
+        (Solid(Shape.CYLINDER, (0.5, 2.0), at()), (0.0, 0.0, 1.25), 0.25),
+        (Solid(Shape.CYLINDER, (0.5, 2.0), at()), (3.5, 0.0, 5.0), 5.0),
     ],
 )
 def test_signed_distances(solid, point, expected):
@@ -214,7 +218,7 @@ def test_how_old_the_map_is_counts_as_way_of_whoever_walks():
 
 
 def test_own_goals_may_be_touched_others_not():
-    debris = Body("debris_1", (Solid("box", (0.1, 0.1, 0.04), at()),))
+    debris = Body("debris_1", (Solid(Shape.BOX, (0.1, 0.1, 0.04), at()),))
     allowed = own_goals([("r", "debris_1"), ("s", "debris_2")])
     assert bodies_for("r", [debris, WALL], allowed["r"]) == [WALL]
     assert bodies_for("s", [debris, WALL], allowed["s"]) == [debris, WALL]

@@ -14,7 +14,7 @@ import numpy as np
 import PyKDL
 
 from yarm.geometry.grid import FloatArray
-from yarm.geometry.urdf import Joint, UrdfModel, expand_xacro, parse_urdf
+from yarm.geometry.urdf import Joint, JointKind, UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
 from yarm.robots.hc10 import arm_mount
 
@@ -174,7 +174,7 @@ def _chain(model: UrdfModel, tip: str) -> PyKDL.Chain:
     chain = PyKDL.Chain()
     for joint in reversed(path):
         offset = _frame(joint.T_parent_child)
-        if joint.kind == "fixed":
+        if joint.kind is JointKind.FIXED:
             chain.addSegment(PyKDL.Segment(joint.child, PyKDL.Joint(joint.name), offset))
         else:
             axis = offset.M * PyKDL.Vector(*joint.axis)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
+from yarm.control.actions import ArmAction
 from yarm.control.base.controller import Outcome
 from yarm.control.sander.states import Button, SanderReport, SanderState
 
-ACTIONS = ("CALIBRATION", "ON", "OFF", "CLEANUP")
+SWITCHES = {ArmAction.ON: True, ArmAction.OFF: False}
+"""Actions that throw the sander's switch, and how."""
 REPEAT_S = 1.0
 
 
@@ -39,16 +41,17 @@ class SanderClient:
             timeout_s: simulated time after which a goal is given up.
         """
         self._timeout_s = timeout_s
-        self._action = ""
+        self._action: Optional[ArmAction] = None
         self._started_s: Optional[float] = None
         self._asked: Tuple[object, float] = (None, 0.0)
 
     @staticmethod
     def refusal(action: str, report: Optional[SanderReport]) -> str:
         """Why a goal cannot be taken; empty when it can."""
-        if action not in ACTIONS:
-            return f"action {action!r} is unknown to a manipulator: expected one of {', '.join(ACTIONS)}"
-        if action in ("ON", "OFF"):
+        known = [wanted.value for wanted in ArmAction]
+        if action not in known:
+            return f"action {action!r} is unknown to a manipulator: expected one of {', '.join(known)}"
+        if ArmAction(action) in SWITCHES:
             if report is None:
                 return f"action {action!r}: the sander has not reported its state; is hc10_state_machine running?"
             if report.state is not SanderState.SCAN_TO_PATH:
@@ -59,7 +62,7 @@ class SanderClient:
                 )
         return ""
 
-    def start(self, action: str) -> None:
+    def start(self, action: ArmAction) -> None:
         """Take a goal."""
         self._action = action
         self._started_s = None
@@ -72,6 +75,9 @@ class SanderClient:
             report: newest report of the sander; None before the first.
             now_s: simulated time.
         """
+        action = self._action
+        if action is None:
+            return Request()
         if self._started_s is None:
             self._started_s = now_s
         if now_s - self._started_s > self._timeout_s:
@@ -79,13 +85,13 @@ class SanderClient:
             said = f"; it says: {report.reason}" if report is not None and report.reason else ""
             return Request(
                 outcome=Outcome.ABORTED,
-                reason=f"{self._action} not done in {self._timeout_s:g} s: the sander is {where}{said}",
+                reason=f"{action.value} not done in {self._timeout_s:g} s: the sander is {where}{said}",
             )
         if report is None:
             return Request()
-        if self._action in ("ON", "OFF"):
-            return self._switch(report, self._action == "ON", now_s)
-        return self._store(report, now_s) if self._action == "CLEANUP" else self._calibrate(report, now_s)
+        if action in SWITCHES:
+            return self._switch(action, report, now_s)
+        return self._store(report, now_s) if action is ArmAction.CLEANUP else self._calibrate(report, now_s)
 
     def _calibrate(self, report: SanderReport, now_s: float) -> Request:
         """To teleoperation by itself, pause, start: standing above the part in SCAN_TO_PATH, not sanding."""
@@ -108,12 +114,13 @@ class SanderClient:
             return self._ask(Button.STORE, None, now_s)
         return Request()
 
-    def _switch(self, report: SanderReport, wanted: bool, now_s: float) -> Request:
+    def _switch(self, action: ArmAction, report: SanderReport, now_s: float) -> Request:
         if report.state is not SanderState.SCAN_TO_PATH:
-            reason = f"{self._action} not applied: the sander has left for state {report.state.value}"
+            reason = f"{action.value} not applied: the sander has left for state {report.state.value}"
             return Request(outcome=Outcome.ABORTED, reason=reason)
+        wanted = SWITCHES[action]
         if report.enabled == wanted:
-            return Request(outcome=Outcome.SUCCEEDED, reason=f"{self._action} applied")
+            return Request(outcome=Outcome.SUCCEEDED, reason=f"{action.value} applied")
         return self._ask(None, wanted, now_s)
 
     def _ask(self, press: Optional[Button], switch: Optional[bool], now_s: float) -> Request:

@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from yarm.experiments.coursework.tasks import FloorResult, ObstacleResult, TourResult
 from yarm.geometry import FloatArray, transform_points
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.kinematics.forward import forward_many
 from yarm.manipulation.motion.checkpoints import ArmScene, Obstacle
 from yarm.manipulation.motion.tour import LineStatus, Order
@@ -151,7 +151,7 @@ def _draw_scene(axes: Any, obstacles: Sequence[Obstacle]) -> None:
 
 def _faces(solid: Solid) -> List[FloatArray]:
     """Polygons (k, 3) of a solid's surface; what is round is drawn with twenty sides, a sphere as its box."""
-    if solid.shape == "cylinder":
+    if solid.shape == Shape.CYLINDER:
         angles = np.linspace(0.0, 2.0 * np.pi, 21)
         ring = np.column_stack([solid.size[0] * np.cos(angles), solid.size[0] * np.sin(angles), np.zeros(21)])
         up = np.array([0.0, 0.0, 0.5 * solid.size[1]])

@@ -9,7 +9,7 @@ from typing import Callable, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import FloatArray, transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.coverage.floor import BaseWay, Floor, field_way, lay_floor, planned_way
 from yarm.manipulation.coverage.spanning_tree import Coverage, cover, visits
 from yarm.manipulation.kinematics.coursework import Mended, printed_forward_many, printed_inverse
@@ -166,7 +166,7 @@ def obstacles(scene: ArmScene, seed: int) -> ObstacleResult:
 def floors() -> FloorResult:
     """The cell's floor covered round table and stand, and a base's ways through checkpoints on it."""
     things = tuple(
-        Obstacle(box.name, Solid("box", box.size, transform_matrix(box.centre, (0.0, 0.0, 0.0, 1.0))))
+        Obstacle(box.name, Solid(Shape.BOX, box.size, transform_matrix(box.centre, (0.0, 0.0, 0.0, 1.0))))
         for box in station_boxes()
     )
     floor = lay_floor(FLOOR_HALF_M, FLOOR_CELL_M, things, BASE_RADIUS_M)

@@ -94,7 +94,7 @@ class ContactTally:
 
     Attributes:
         pair: names of the two bodies, ordered.
-        kind: "failure", "sander_debris" or "allowed".
+        kind: a ``ContactKind``.
         messages: number of reports.
         first_s: simulated time of the first, s since the mission began.
         links: links of the deepest one, in the order of the pair.

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Dict, Iterable, List, Sequence, Set, Tuple
 
+from yarm.commander.events import TaskState
 from yarm.experiments.run.cases import Case
 from yarm.experiments.run.record import (
     ContactTally,
@@ -24,7 +25,7 @@ from yarm.experiments.run.scoring import judge
 from yarm.experiments.run.track import Track
 from yarm.experiments.statistics import percentile
 from yarm.geometry import GridSpec
-from yarm.geometry.kinds import GOAL_KINDS
+from yarm.geometry.kinds import GOAL_KINDS, ContactKind
 
 Cells = Tuple[Tuple[int, int], ...]
 
@@ -136,7 +137,7 @@ class Recorder:
     @property
     def failures(self) -> int:
         """Pairs of bodies that touched and may not."""
-        return sum(tally.kind == "failure" for tally in self._contacts.values())
+        return sum(tally.kind == ContactKind.FAILURE for tally in self._contacts.values())
 
     def pose(self, now_s: float, robot: str, x_m: float, y_m: float, yaw_rad: float) -> None:
         """End effector of a mobile robot, metres and rad, world."""
@@ -239,7 +240,7 @@ class Recorder:
             record = self._goals.get(sample.goal, GoalRecord(sample.goal, sample.kind))
             if math.isnan(record.declared_s):
                 record = replace(record, robot=sample.robot or record.robot, status=sample.status, reason=sample.reason)
-                if sample.status in ("reached", "backing_out"):
+                if sample.status in (TaskState.REACHED, TaskState.BACKING_OUT):
                     record = replace(
                         record, declared_s=self._since(now_s), distance_m=self._distance(record.robot, sample.goal)
                     )
@@ -258,7 +259,7 @@ class Recorder:
             replace(g, reached=g.distance_m <= arrival_limit_m) if math.isfinite(g.declared_s) else g
             for g in self.goals
         )
-        contacts = tuple(sorted(self._contacts.values(), key=lambda c: (c.kind != "failure", c.pair, c.kind)))
+        contacts = tuple(sorted(self._contacts.values(), key=lambda c: (c.kind != ContactKind.FAILURE, c.pair, c.kind)))
         robots = tuple(self._robot(name, goals) for name in sorted(self._robots))
         faults = judge(info, case, robots, goals, contacts, self.pauses, arrival_limit_m)
         return RunRecord(
@@ -311,7 +312,7 @@ class Recorder:
         for robot, other in (pair, pair[::-1]):
             is_goal = other in self._goals or other in self._goal_xy
             if robot in self._sent and is_goal and other not in self._given.get(robot, set()):
-                return "failure"
+                return ContactKind.FAILURE.value
         return sample.kind
 
     def _distance(self, robot: str, goal: str) -> float:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import List, Sequence, Tuple
 
+from yarm.commander.activity import Ending
+from yarm.commander.events import TaskState
 from yarm.experiments.run.cases import Case
 from yarm.experiments.run.record import ContactTally, GoalRecord, PauseRecord, RobotRecord, RunInfo
+from yarm.geometry.kinds import ContactKind
 
 
 def judge(
@@ -20,7 +23,7 @@ def judge(
 ) -> Tuple[str, ...]:
     """Everything that is wrong with a run, one sentence each; empty for a success."""
     faults: List[str] = []
-    if info.outcome != "succeeded":
+    if info.outcome != Ending.SUCCEEDED:
         faults.append(f"the Commander's mission ended {info.outcome or 'never'!r}: {info.reason or 'no reason given'}")
     if not goals:
         faults.append("no goal was ever seen by the Commander")
@@ -33,7 +36,7 @@ def judge(
                 f"(limit {arrival_limit_m:.2f} m)"
             )
     for tally in contacts:
-        if tally.kind == "failure":
+        if tally.kind == ContactKind.FAILURE:
             faults.append(
                 f"{tally.pair[0]} ({tally.links[0]}) touched {tally.pair[1]} ({tally.links[1]}) "
                 f"at {tally.first_s:.1f} s, {1000 * tally.depth_m:.1f} mm deep"
@@ -57,4 +60,6 @@ def _missing(case: Case, robots: Sequence[RobotRecord], pauses: Sequence[PauseRe
 
 def refused(goal: GoalRecord) -> bool:
     """The Commander gave the goal up and said why."""
-    return math.isnan(goal.declared_s) and goal.status in ("unreachable", "failed") and bool(goal.reason)
+    return (
+        math.isnan(goal.declared_s) and goal.status in (TaskState.UNREACHABLE, TaskState.FAILED) and bool(goal.reason)
+    )

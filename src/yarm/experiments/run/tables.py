@@ -6,6 +6,7 @@ import math
 from typing import List, Sequence
 
 from yarm.experiments.run.record import RunRecord
+from yarm.geometry.kinds import ContactKind
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -77,8 +78,8 @@ def _pauses_line(record: RunRecord) -> str:
 
 
 def _contacts_line(record: RunRecord) -> str:
-    failures = [t for t in record.contacts if t.kind == "failure"]
-    others = [t for t in record.contacts if t.kind != "failure"]
+    failures = [t for t in record.contacts if t.kind == ContactKind.FAILURE]
+    others = [t for t in record.contacts if t.kind != ContactKind.FAILURE]
     pairs = _some([f"{t.pair[0]}-{t.pair[1]}" for t in others], 10)
     return f"contacts: {len(failures)} failures; {len(others)} that may be" + (f" ({pairs})" if pairs else "")
 

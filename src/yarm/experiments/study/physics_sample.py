@@ -15,6 +15,7 @@ from yarm.experiments.run.writers import is_finished
 from yarm.experiments.statistics import Proportion, percentile
 from yarm.experiments.study.design import FITTED, YARM, table_study
 from yarm.experiments.study.trial import TrialResult, TrialSpec, raster_share
+from yarm.geometry.kinds import ContactKind
 
 LIMIT_S = 120.0
 """Simulated time a run may take; in the kinematic world no trial that arrives takes half of it."""
@@ -102,7 +103,7 @@ def read_result(spec: TrialSpec, summary: Path) -> PhysicsResult:
         return PhysicsResult(spec, False, False, float("nan"), 0, 0, ("no results",))
     robots, goals = list(values["robots"].values()), list(values["goals"].values())
     solved = bool(goals) and all(goal["reached"] for goal in goals)
-    touched = any(contact["kind"] == "failure" for contact in values["contacts"])
+    touched = any(contact["kind"] == ContactKind.FAILURE for contact in values["contacts"])
     path_m = robots[0]["path_m"] if robots else float("nan")
     waypoints = robots[0]["waypoints"] if robots else 0
     refused = values["steps"]["refused"]

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.kinematics.forward import pose_error
 from yarm.robots.youbot import LOWER_RAD, N_JOINTS, UPPER_RAD, Joints, within_limits
 from yarm.yaml_fields import Faults, Fields, SceneError, load_yaml
@@ -32,7 +32,7 @@ MOST_OBSTACLES = 100
 UNIT_LENGTH_TOLERANCE = 1e-3
 SAME_M, SAME_RAD = 1e-4, 1e-3
 FAR_M = 2.0
-SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
+SIZES = {Shape.BOX: 3, Shape.CYLINDER: 2, Shape.SPHERE: 1}
 
 
 class CheckpointError(ValueError):
@@ -167,14 +167,16 @@ def _checkpoint(fields: Fields) -> Optional[Checkpoint]:
 
 def _obstacle(fields: Fields) -> Optional[Obstacle]:
     name = fields.text("name")
-    shape = fields.text("shape", choices=tuple(SIZES))
-    size: Tuple[float, ...] = fields.numbers("size", SIZES.get(shape, 3), 0.001, FAR_M)
+    shape = fields.text("shape", choices=tuple(Shape))
+    size: Tuple[float, ...] = fields.numbers("size", SIZES[Shape(shape)] if shape else 3, 0.001, FAR_M)
     xyz = fields.numbers("xyz", 3, -FAR_M, FAR_M)
     yaw = fields.number("yaw_deg", -180.0, 180.0, "deg", default=0.0)
     fields.finish()
     if not shape:
         return None
-    return Obstacle(name, Solid(shape, size, transform_matrix(xyz, quaternion_from_rpy(0.0, 0.0, math.radians(yaw)))))
+    return Obstacle(
+        name, Solid(Shape(shape), size, transform_matrix(xyz, quaternion_from_rpy(0.0, 0.0, math.radians(yaw))))
+    )
 
 
 def moved_obstacles(obstacles: Sequence[Obstacle], rng: np.random.Generator, spread_m: float) -> List[Obstacle]:

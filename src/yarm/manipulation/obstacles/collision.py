@@ -16,7 +16,7 @@ import numpy as np
 
 from yarm.control.arm.collision import Clearance
 from yarm.geometry import FloatArray
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.geometry.urdf import UrdfModel, expand_xacro, parse_urdf
 from yarm.manipulation.motion.checkpoints import Obstacle
 from yarm.resources import resource
@@ -161,9 +161,9 @@ def link_poses(q: FloatArray) -> Tuple[FloatArray, FloatArray]:
 
 
 def _geometry(solid: Solid) -> Any:
-    if solid.shape == "box":
+    if solid.shape == Shape.BOX:
         return fcl.Box(*solid.size)
-    if solid.shape == "cylinder":
+    if solid.shape == Shape.CYLINDER:
         return fcl.Cylinder(*solid.size)
     return fcl.Sphere(*solid.size)
 

@@ -7,18 +7,18 @@ from typing import Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import FloatArray, transform_points
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.motion.checkpoints import Obstacle
 
 
 def signed_distance(solid: Solid, points: FloatArray) -> Tuple[FloatArray, FloatArray]:
     """Distance (n,) of points (n, 3) to a solid, metres, negative inside, and directions (n, 3) away from it."""
     local = transform_points(np.linalg.inv(solid.pose), points)
-    if solid.shape == "sphere":
+    if solid.shape == Shape.SPHERE:
         length = np.linalg.norm(local, axis=1)
         away = local / np.maximum(length, 1e-12)[:, None]
         return length - solid.size[0], away @ solid.pose[:3, :3].T
-    if solid.shape == "cylinder":
+    if solid.shape == Shape.CYLINDER:
         radius = np.hypot(local[:, 0], local[:, 1])
         out = local[:, :2] / np.maximum(radius, 1e-12)[:, None]
         over = np.column_stack([radius - solid.size[0], np.abs(local[:, 2]) - 0.5 * solid.size[1]])

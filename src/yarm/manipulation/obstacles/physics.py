@@ -12,7 +12,7 @@ import numpy as np
 import pybullet
 
 from yarm.geometry import FloatArray
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.motion.checkpoints import ArmScene
 from yarm.manipulation.motion.trajectory import Trajectory
 from yarm.manipulation.obstacles.collision import arm_description, separate_links
@@ -181,11 +181,15 @@ class ArmWorld:
         return found
 
     def _add(self, solid: Solid) -> int:
-        kinds = {"box": pybullet.GEOM_BOX, "cylinder": pybullet.GEOM_CYLINDER, "sphere": pybullet.GEOM_SPHERE}
+        kinds = {
+            Shape.BOX: pybullet.GEOM_BOX,
+            Shape.CYLINDER: pybullet.GEOM_CYLINDER,
+            Shape.SPHERE: pybullet.GEOM_SPHERE,
+        }
         size: Dict[str, object] = {"halfExtents": [0.5 * value for value in solid.size]}
-        if solid.shape == "cylinder":
+        if solid.shape == Shape.CYLINDER:
             size = {"radius": solid.size[0], "height": solid.size[1]}
-        elif solid.shape == "sphere":
+        elif solid.shape == Shape.SPHERE:
             size = {"radius": solid.size[0]}
         shape = pybullet.createCollisionShape(kinds[solid.shape], physicsClientId=self._client, **size)
         yaw = float(np.arctan2(solid.pose[1, 0], solid.pose[0, 0]))

@@ -19,6 +19,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 import rospy
 from std_msgs.msg import Float32, Int8
 
+from yarm.commander.activity import Ending
 from yarm.commander.states import State
 from yarm.control.sander.states import SanderState
 from yarm.geometry.kinds import ObjectKind
@@ -239,7 +240,7 @@ def run_mode(session: Session, mode: State, arms: Optional[Sequence[str]], once:
         if state in (State.BOUNDED, State.BOUNDLESS):
             session.ask(previous_state=True)
             session.until_idle()
-        elif state is State.CALIBRATION and session.status().outcome != "succeeded":
+        elif state is State.CALIBRATION and session.status().outcome != Ending.SUCCEEDED:
             raise CliError(FAILED, f"calibration {session.status().outcome}: {session.status().reason}")
         else:
             fields, target = WAY_UP[state]
@@ -249,7 +250,7 @@ def run_mode(session: Session, mode: State, arms: Optional[Sequence[str]], once:
         session.until_idle()
         session.ask(jump_state=int(mode))
     status = session.until_idle(mode)
-    while not once and status.outcome == "succeeded" and session.sanding():
+    while not once and status.outcome == Ending.SUCCEEDED and session.sanding():
         session.pause(ASK_AGAIN_S)
         session.ask(quiet=True, current_state=True)
         status = session.until_idle(mode)
@@ -261,7 +262,7 @@ def finish(session: Session, status: CommanderStatus) -> int:
     for task in status.tasks:
         session.say(f"{task.robot or '-'} > {task.goal} ({task.kind}): {task.status} {task.reason}".rstrip())
     session.say(f"{status.state_name}: {status.outcome or 'idle'} {status.reason}".rstrip())
-    return SUCCEEDED if status.outcome in ("succeeded", "") else FAILED
+    return SUCCEEDED if status.outcome in (Ending.SUCCEEDED, Ending.NONE) else FAILED
 
 
 def parser() -> argparse.ArgumentParser:

@@ -15,6 +15,7 @@ from yarm.commander.cell_state import CellState
 from yarm.commander.events import ShowPlan
 from yarm.commander.machine import Status
 from yarm.geometry import FloatArray, GridSpec
+from yarm.geometry.solids import Shape
 from yarm.msg import RegisteredObject
 from yarm.ros.common import names
 from yarm.ros.common.pictures import WHITE, Color, Picture, marker, points, text
@@ -36,7 +37,11 @@ BODY_COLORS: Mapping[str, Color] = {
     "Obstacle": (0.55, 0.5, 0.45, 0.8),
     "Debris": (0.9, 0.2, 0.1, 1.0),
 }
-SOLID_MARKERS: Mapping[str, int] = {"box": Marker.CUBE, "sphere": Marker.SPHERE, "cylinder": Marker.CYLINDER}
+SOLID_MARKERS: Mapping[Shape, int] = {
+    Shape.BOX: Marker.CUBE,
+    Shape.SPHERE: Marker.SPHERE,
+    Shape.CYLINDER: Marker.CYLINDER,
+}
 """A marker of that type is scaled by the full size of its bounding box."""
 FLOOR_M = 0.02
 WAYPOINT_M = 0.95

@@ -22,6 +22,7 @@ from yarm.commander.events import (
     DeleteObject,
     Event,
     Hold,
+    Level,
     Log,
     MapUpdate,
     SanderChange,
@@ -37,7 +38,7 @@ from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
-from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.kinds import ROBOT_KINDS, ObjectKind
 from yarm.msg import CommanderStatus, Permission, PlanReport, SafetyStatus, StepAck
 from yarm.planning.baselines.planned_once import PlannedOnce
 from yarm.planning.registry import PlannerUnavailableError, make_planner
@@ -135,7 +136,7 @@ class CommanderNode:
         with self._lock:
             self._inbox.append(update)
             self._kinds = dict(getattr(update, "kinds", {}))
-            self._links.follow([n for n, kind in sorted(self._kinds.items()) if kind in ("Mobile", "Manipulator")])
+            self._links.follow([n for n, kind in sorted(self._kinds.items()) if kind in ROBOT_KINDS])
             arms = [name for name, kind in self._kinds.items() if kind == ObjectKind.MANIPULATOR]
             for name in [name for name in self._sanders if name not in arms]:
                 self._sanders.pop(name).unregister()
@@ -207,7 +208,7 @@ class CommanderNode:
                 self._report.publish(plan_report(action, self._params.planner, self._stamp_s()))
                 self._markers.show_plan(action, self._core.cell)
             elif isinstance(action, Log):
-                (rospy.logwarn if action.level == "warn" else rospy.loginfo)("%s", action.text)
+                (rospy.logwarn if action.level is Level.WARN else rospy.loginfo)("%s", action.text)
 
     def _send(self, action: SendGoal) -> None:
         link = self._links.get(action.robot)

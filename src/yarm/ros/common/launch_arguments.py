@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 from typing import Callable, Dict, List, Sequence
 
+from yarm.commander.params import CheckSteps
 from yarm.exploration.registry import CONTROLLERS
 from yarm.inspection.model import CONTROLLERS as ROUNDS
 from yarm.params import has_form
@@ -110,7 +111,7 @@ CHECKS: Dict[str, Check] = {
     "time_limit_s": _number(1.0, 36000.0),
     "backend": _one_of("fused", "pcl"),
     "mode": _one_of("bounded", "boundless"),
-    "check_steps": _one_of("true", "false", "report"),
+    "check_steps": _one_of(*(mode.value for mode in CheckSteps)),
     "real_time_factor": _number(0.0, 100.0),
     "recording": _recording,
     "rate": _number(0.01, 100.0),

@@ -7,16 +7,16 @@ from typing import Dict, List, Optional, Tuple
 from geometry_msgs.msg import Pose
 from shape_msgs.msg import SolidPrimitive
 
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.msg import RegisteredObject
 from yarm.ros.common.conversions import matrix_of_pose
 
-SHAPE_OF: Dict[int, str] = {
-    SolidPrimitive.BOX: "box",
-    SolidPrimitive.SPHERE: "sphere",
-    SolidPrimitive.CYLINDER: "cylinder",
+SHAPE_OF: Dict[int, Shape] = {
+    SolidPrimitive.BOX: Shape.BOX,
+    SolidPrimitive.SPHERE: Shape.SPHERE,
+    SolidPrimitive.CYLINDER: Shape.CYLINDER,
 }
-TYPE_OF: Dict[str, int] = {shape: kind for kind, shape in SHAPE_OF.items()}
+TYPE_OF: Dict[Shape, int] = {shape: kind for kind, shape in SHAPE_OF.items()}
 
 
 def solids_of(entry: RegisteredObject) -> List[Tuple[str, Solid]]:
@@ -38,6 +38,6 @@ def primitive_of(solid: Solid) -> SolidPrimitive:
     return SolidPrimitive(type=TYPE_OF[solid.shape], dimensions=list(_turned(solid.shape, solid.size)))
 
 
-def _turned(shape: str, size: Tuple[float, ...]) -> Tuple[float, ...]:
+def _turned(shape: Shape, size: Tuple[float, ...]) -> Tuple[float, ...]:
     """Sizes in the other order: ours has a cylinder's radius first, the message its height."""
-    return size[::-1] if shape == "cylinder" else size
+    return size[::-1] if shape == Shape.CYLINDER else size

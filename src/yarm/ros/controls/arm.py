@@ -8,7 +8,7 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Int8
 
-from yarm.control.actions import ArmAction
+from yarm.control.actions import ArmAction, SearchSpace
 from yarm.control.base.controller import Outcome
 from yarm.control.sander.client import SanderClient
 from yarm.control.sander.states import Button, SanderReport, SanderState
@@ -45,7 +45,7 @@ class ArmUnit(RobotUnit):
         self._wake = wake
         self._area = area_text(load_station(name).moved_area(GridSpec(), parse_area(params.manipulator_area)))
         self._client = SanderClient(params.manipulator_timeout_s)
-        self._action = ""
+        self._action: Optional[ArmAction] = None
         self._report: Optional[SanderReport] = None
         self._report_s = -1.0
         self._last_tick_s: Optional[float] = None
@@ -66,20 +66,20 @@ class ArmUnit(RobotUnit):
 
     def start(self, goal: MoveRobotGoal) -> None:
         """Pursue one of the four actions."""
-        self._action = goal.action
-        self._client.start(goal.action)
+        self._action = ArmAction(goal.action)
+        self._client.start(self._action)
 
     def cancel(self, reason: str) -> None:
         """Hold the arm where it is, unless only a switch was being thrown."""
-        if self._action in (ArmAction.CALIBRATE.value, ArmAction.CLEANUP.value):
-            rospy.loginfo("%s: %s given up (%s), arm held", self._name, self._action, reason)
+        if self._action in (ArmAction.CALIBRATE, ArmAction.CLEANUP):
+            rospy.loginfo("%s: %s given up (%s), arm held", self._name, self._action.value, reason)
             self._press(Button.HOLD)
-        self._action = ""
+        self._action = None
 
     def tick(self, pose: SeedPose, now_s: float) -> Optional[End]:
         """Press what is needed next."""
         self._last_tick_s = now_s
-        if not self._action:
+        if self._action is None:
             return None
         request = self._client.step(self._report, now_s)
         if request.press is not None:
@@ -88,9 +88,9 @@ class ArmUnit(RobotUnit):
             self._outbox.send(self._switch, Int8(int(request.switch)))
         if request.outcome is Outcome.ACTIVE:
             return None
-        action, self._action = self._action, ""
-        if action == ArmAction.CALIBRATE.value and request.outcome is Outcome.SUCCEEDED:
-            return Outcome.SUCCEEDED, f"SPACE=SWITCH/AREA={self._area}"
+        action, self._action = self._action, None
+        if action is ArmAction.CALIBRATE and request.outcome is Outcome.SUCCEEDED:
+            return Outcome.SUCCEEDED, SearchSpace.SWITCH.answer(self._area)
         return request.outcome, request.reason
 
     def hold(self) -> None:
@@ -111,7 +111,7 @@ class ArmUnit(RobotUnit):
 
     def reset(self) -> None:
         """Forget goal, report and counts."""
-        self._action, self._report, self._report_s = "", None, -1.0
+        self._action, self._report, self._report_s = None, None, -1.0
         self._last_tick_s = None
         self._outbox.sent = 0
 

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Pose, Twist
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from yarm.control.actions import MobileAction
+from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.base.controller import BaseCommand, BaseController, BaseGoal, Outcome
 from yarm.control.base.footprint import Box, box_around, extent_in_cells
 from yarm.control.base.kinematics import Casters
@@ -155,7 +155,7 @@ class MobileUnit(RobotUnit):
         if boxes:
             self._calibrating = False
             area = ",".join(str(n) for n in extent_in_cells(boxes, GridSpec()))
-            return Outcome.SUCCEEDED, f"SPACE=XY/AREA={area}"
+            return Outcome.SUCCEEDED, SearchSpace.XY.answer(area)
         if now_s - self._calibration_s > REGISTRY_WAIT_S:
             self._calibrating = False
             return Outcome.ABORTED, f"{names.OBJECT_REGISTRY} has had no solids of {self._name} for {REGISTRY_WAIT_S} s"

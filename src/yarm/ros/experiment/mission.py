@@ -8,6 +8,7 @@ from typing import Callable, FrozenSet, Optional, Set, Tuple
 
 import rospy
 
+from yarm.commander.activity import Ending
 from yarm.experiments.run.writers import CUT_SHORT
 from yarm.msg import CommanderStatus
 from yarm.ros.common import names
@@ -72,7 +73,7 @@ class MissionDriver:
         for attempt in range(2):
             self._await_idle(CommanderStatus.CALIBRATION, self._params.calibration_limit_s, "the calibration")
             outcome, reason = self.outcome()
-            if outcome == "succeeded":
+            if outcome == Ending.SUCCEEDED:
                 self._request("open the menu", next_state=True)
                 return
             if attempt == 0:

@@ -13,14 +13,13 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import rospy
 
-from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.kinds import ContactKind, ObjectKind
 from yarm.ros.common import names
 from yarm.ros.common.params import load_params
 from yarm.ros.simulation.inbox import Inbox
 from yarm.ros.simulation.loop import Pace, Stopwatch, SyncError, missing_acks, run_node
 from yarm.ros.simulation.outbox import CAMERAS, Outbox, frame_poses
 from yarm.ros.simulation.params import SimulationParams
-from yarm.sim.engine.contacts import ContactKind
 from yarm.sim.engine.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SimWorld, SpawnError
 from yarm.sim.scenes.events import Event, Script, Situation
 from yarm.sim.scenes.scene import TOP_M, load_scene, scene_path

@@ -20,6 +20,7 @@ from yarm.geometry import (
     wrap_angle,
 )
 from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
+from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid
 from yarm.robots.hc10 import PRIVATE_AREA, Area
 from yarm.sim.checks.finding import Finding
@@ -94,7 +95,7 @@ def carried_points(cup_m: float) -> FloatArray:
     own = solid_points((FramedSolid("", solid, np.eye(4)), pose) for solid, pose in rigid_solids(model))
     reach = float(np.hypot(own[:, 0], own[:, 1]).max())
     height = float(np.ptp(own[:, 2]))
-    disc = FramedSolid("", LinkSolid("cylinder", (reach, height), np.eye(4), "piece"), np.eye(4))
+    disc = FramedSolid("", LinkSolid(Shape.CYLINDER, (reach, height), np.eye(4), "piece"), np.eye(4))
     pose = transform_matrix((0.0, 0.0, cup_m - 0.5 * height), (0.0, 0.0, 0.0, 1.0))
     return solid_points([(disc, pose)])
 

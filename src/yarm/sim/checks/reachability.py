@@ -29,6 +29,7 @@ from yarm.geometry import (
     transform_matrix,
     transform_points,
 )
+from yarm.geometry.solids import Shape
 from yarm.sim.engine.bodies import FramedSolid
 
 HEADINGS = 36
@@ -43,8 +44,8 @@ def solid_points(items: Iterable[Tuple[FramedSolid, FloatArray]]) -> FloatArray:
         half = item.solid.half_extent
         axes = [np.linspace(-h, h, 1 + math.ceil(2.0 * h / SAMPLE_M)) for h in half]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        if item.solid.shape != "box":
-            reach = np.linalg.norm(points if item.solid.shape == "sphere" else points[:, :2], axis=1)
+        if item.solid.shape != Shape.BOX:
+            reach = np.linalg.norm(points if item.solid.shape == Shape.SPHERE else points[:, :2], axis=1)
             points = points[reach <= half[0] + 1e-9]
         clouds.append(transform_points(pose, points))
     return np.concatenate(clouds)

@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import Dict, List, Mapping, Optional, Tuple
 
 import pybullet
 
-from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.kinds import ContactKind, ObjectKind
 
 Key = Tuple[int, int, int, int]
 Stations = Mapping[str, Mapping[str, str]]
 """For each manipulator the names of its station's fixtures by type ("table", "stand")."""
+FLOOR = "Floor"
+"""Kind of the floor, which no registry knows."""
 TABLE_LINKS = ("table", "part")
 TIP_LINKS = ("ee", "hand")
 """Links of a mobile robot that may touch the debris it was sent to."""
 
 
-class ContactKind(Enum):
-    """What a contact counts as."""
-
-    ALLOWED = "allowed"
-    SANDER_DEBRIS = "sander_debris"
-    FAILURE = "failure"
-
-
 @dataclass(frozen=True)
 class Side:
-    """One side of a contact: the body's name and kind ("Floor" for the floor), and the link's name."""
+    """One side of a contact: the body's name and kind (``FLOOR`` for the floor), and the link's name."""
 
     body: str
     kind: str
@@ -66,11 +59,11 @@ def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str], stations:
     goal = goals.get(one.body, "" if goals else other.body)
     own = stations.get(one.body, {}) if one.kind == ObjectKind.MANIPULATOR else {}
     allowed = (
-        {one.kind, other.kind} <= {ObjectKind.OBSTACLE, "Floor"}
-        or (one.link.endswith(("_wheel", "_caster")) and other.kind == "Floor")
+        {one.kind, other.kind} <= {ObjectKind.OBSTACLE, FLOOR}
+        or (one.link.endswith(("_wheel", "_caster")) and other.kind == FLOOR)
         or (one.link == "base_link" and other.body == own.get("stand"))
         or (one.link == "sander" and other.link == "part" and other.body == own.get("table"))
-        or (one.kind == ObjectKind.DEBRIS and (other.kind in (ObjectKind.DEBRIS, "Floor") or other.link in TABLE_LINKS))
+        or (one.kind == ObjectKind.DEBRIS and (other.kind in (ObjectKind.DEBRIS, FLOOR) or other.link in TABLE_LINKS))
         or (one.link in TIP_LINKS and other.kind == ObjectKind.DEBRIS and goal == other.body)
     )
     return ContactKind.ALLOWED if allowed else None

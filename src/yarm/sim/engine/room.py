@@ -11,12 +11,13 @@ import pybullet
 from yarm.geometry import FloatArray, Pose2, quaternion_from_rpy, transform_matrix
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.scans import Odometry, Scan
+from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid
 from yarm.params import param
 from yarm.robots import turtlebot
 from yarm.robots.turtlebot import Bumper, BumperEvent
 from yarm.sim.engine.bodies import FramedSolid, link_names, load_box, load_floor, open_engine
-from yarm.sim.engine.contacts import ContactLog
+from yarm.sim.engine.contacts import FLOOR, ContactLog
 from yarm.sim.kinematic.wheel_odometry import EXACT, TYPICAL, WheelOdometry
 from yarm.sim.robots.bumper import BumperLogic
 from yarm.sim.robots.turtlebot import TurtleBot
@@ -73,7 +74,7 @@ class RoomWorld:
         self.ticks = 0
         self._client = open_engine(STEPS_PER_SECOND, gui)
         self.contacts = ContactLog(self._client, {})
-        self.contacts.register(load_floor(self._client), "floor", "Floor", ["floor"])
+        self.contacts.register(load_floor(self._client), "floor", FLOOR, ["floor"])
         solids = [self._add(block) for block in arena.blocks]
         self.robot = TurtleBot(self._client, arena.start)
         self.contacts.register(self.robot.uid, turtlebot.TYPE, ObjectKind.MOBILE, self.robot.links)
@@ -193,7 +194,7 @@ class RoomWorld:
         uid = load_box(self._client, block.size, place, block.pose.yaw_rad)
         self.contacts.register(uid, block.name, ObjectKind.OBSTACLE, link_names(self._client, uid))
         pose: FloatArray = transform_matrix(place, quaternion_from_rpy(0.0, 0.0, block.pose.yaw_rad))
-        solid = LinkSolid("box", block.size, np.eye(4), block.name, COLOURS[block.kind])
+        solid = LinkSolid(Shape.BOX, block.size, np.eye(4), block.name, COLOURS[block.kind])
         return FramedSolid(block.name, solid, pose)
 
     def _measure_motion(self) -> None:

@@ -9,6 +9,7 @@ import pybullet
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
 from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid, UrdfError, UrdfModel
 from yarm.sim.engine.bodies import Body, FramedSolid, description, load_box, load_urdf, rigid_solids
 from yarm.sim.scenes.specs import FixtureSpec, ThingSpec
@@ -78,7 +79,7 @@ def _obstacle(client: int, spec: ThingSpec) -> Body:
     """A fixed box."""
     size = (spec.size[0], spec.size[1], spec.size[2])
     uid = load_box(client, size, (spec.x, spec.y, spec.z), spec.yaw_rad)
-    return _fixed(spec, uid, 0.5 * size[2], ((LinkSolid("box", size, np.eye(4), spec.name), np.eye(4)),))
+    return _fixed(spec, uid, 0.5 * size[2], ((LinkSolid(Shape.BOX, size, np.eye(4), spec.name), np.eye(4)),))
 
 
 def _fixed(spec: ThingSpec, uid: int, height: float, solids: Solids) -> Body:

@@ -11,10 +11,10 @@ import numpy as np
 import pybullet
 
 from yarm.geometry import FloatArray, transform_matrix
-from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
+from yarm.geometry.kinds import GOAL_KINDS, ContactKind, ObjectKind
 from yarm.params import param
 from yarm.sim.engine.bodies import Body, com_offset, link_names, load_floor, open_engine
-from yarm.sim.engine.contacts import Contact, ContactKind, ContactLog
+from yarm.sim.engine.contacts import FLOOR, Contact, ContactLog
 from yarm.sim.engine.things import SpawnError, fixture_body, thing_body
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.arm import Arm
@@ -102,7 +102,7 @@ class SimWorld:
         self._bolted = frozenset(fixture.name for fixture in scene.placed_fixtures)
         self.contacts = ContactLog(self._client, stations)
         self._floor = load_floor(self._client)
-        self.contacts.register(self._floor, "floor", "Floor", ["floor"])
+        self.contacts.register(self._floor, "floor", FLOOR, ["floor"])
         self._populate()
 
     def __enter__(self) -> SimWorld:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry import FloatArray, IntArray
+from yarm.geometry.solids import Shape
 from yarm.sim.engine.bodies import FramedSolid
 from yarm.sim.sensors.noise import FloatImage
 
@@ -18,7 +19,7 @@ Cloud = npt.NDArray[np.void]
 
 FAR = np.float32(1e30)
 FLOOR_RGB = 0x8A8A86
-SHAPE_CODES = {"box": 0, "cylinder": 1, "sphere": 2}
+SHAPE_CODES = {Shape.BOX: 0, Shape.CYLINDER: 1, Shape.SPHERE: 2}
 CLOUD_DTYPE = np.dtype([("x", np.float32), ("y", np.float32), ("z", np.float32), ("rgb", np.uint32)])
 
 

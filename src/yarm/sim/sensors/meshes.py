@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry import FloatArray, transform_points
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 
 CYLINDER_SIDES = 96
 """A cylinder's side is at most r (1 - cos(pi / 96)) = 0.0005 r inside the true one."""
@@ -21,9 +21,9 @@ Triangles = npt.NDArray[np.float32]
 
 def solid_triangles(solid: Solid, pose: FloatArray) -> FloatArray:
     """Triangles (n, 3, 3) of a solid whose centre is at ``pose`` (4, 4)."""
-    if solid.shape == "box":
+    if solid.shape == Shape.BOX:
         local = box_triangles(solid.size)
-    elif solid.shape == "cylinder":
+    elif solid.shape == Shape.CYLINDER:
         local = cylinder_triangles(solid.size[0], solid.size[1])
     else:
         local = sphere_triangles(solid.size[0])

@@ -12,6 +12,7 @@ from matplotlib import image
 
 from yarm.geometry import FloatArray
 from yarm.geometry.kinds import ObjectKind
+from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid
 from yarm.sim.engine.bodies import FramedSolid
 from yarm.sim.engine.world import SimWorld
@@ -59,7 +60,7 @@ def _seen(world: SimWorld) -> List[FramedSolid]:
     items = [item for body in world.bodies.values() for item in body.solids]
     for body in world.bodies.values():
         if body.kind == ObjectKind.TARGET:
-            ball = LinkSolid("sphere", (0.05,), np.eye(4), body.name, TARGET_COLOUR)
+            ball = LinkSolid(Shape.SPHERE, (0.05,), np.eye(4), body.name, TARGET_COLOUR)
             items.append(FramedSolid(body.name, ball, np.eye(4)))
     return items
 

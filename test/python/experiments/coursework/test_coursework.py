@@ -13,7 +13,7 @@ import yaml
 from yarm.experiments.coursework.cli import main, run
 from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
 from yarm.geometry import transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.coverage.spanning_tree import visits
 from yarm.manipulation.motion.checkpoints import Obstacle, load_arm_scene
 from yarm.manipulation.motion.tour import Order
@@ -61,7 +61,9 @@ def test_the_tour_is_straight_and_keeps_its_limits() -> None:
 
 
 def test_a_checkpoint_that_is_walled_in_is_a_fault() -> None:
-    ball = Obstacle("ball", Solid("sphere", (0.05,), transform_matrix(AMONG.checkpoints[1].pose[:3, 3], (0, 0, 0, 1))))
+    ball = Obstacle(
+        "ball", Solid(Shape.SPHERE, (0.05,), transform_matrix(AMONG.checkpoints[1].pose[:3, 3], (0, 0, 0, 1)))
+    )
     result = obstacles(replace(AMONG, checkpoints=AMONG.checkpoints[1:3], obstacles=(ball,)), 0)
     assert "reached 1 checkpoints only" in result.task.faults
 

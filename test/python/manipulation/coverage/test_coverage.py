@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from yarm.geometry import BoolArray, transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.coverage.floor import field_way, lay_floor, planned_way
 from yarm.manipulation.coverage.spanning_tree import CoverageError, cover, visits
 from yarm.manipulation.motion.checkpoints import Obstacle
@@ -86,7 +86,7 @@ def test_a_start_that_is_not_free_is_refused(start: tuple) -> None:
 
 
 def box(name: str, size: tuple, xyz: tuple) -> Obstacle:
-    return Obstacle(name, Solid("box", size, transform_matrix(xyz, (0, 0, 0, 1))))
+    return Obstacle(name, Solid(Shape.BOX, size, transform_matrix(xyz, (0, 0, 0, 1))))
 
 
 POCKET = (box("back", (0.2, 1.6, 0.5), (0.8, 0.0, 0.25)), box("left", (1.0, 0.2, 0.5), (0.4, 0.8, 0.25)),
@@ -109,7 +109,7 @@ def test_a_pocket_holds_the_field_and_not_the_planned_way() -> None:
 
 
 def test_the_field_goes_round_a_single_post_and_keeps_off_it() -> None:
-    post = (Obstacle("post", Solid("cylinder", (0.1, 1.0), transform_matrix((0.0, 0.05, 0.5), (0, 0, 0, 1)))),)
+    post = (Obstacle("post", Solid(Shape.CYLINDER, (0.1, 1.0), transform_matrix((0.0, 0.05, 0.5), (0, 0, 0, 1)))),)
     way = field_way(np.array([-1.5, 0.0]), [np.array([1.5, 0.0])], post, RADIUS_M)
     assert way.reached == 1
     assert np.min(np.linalg.norm(way.points - (0.0, 0.05), axis=1)) > RADIUS_M + 0.1

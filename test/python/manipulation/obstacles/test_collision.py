@@ -10,7 +10,7 @@ import pybullet
 import pytest
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
-from yarm.geometry.solids import Solid, surface_points
+from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.manipulation.motion.checkpoints import Obstacle, load_arm_scene
 from yarm.manipulation.obstacles.collision import YoubotCollision, arm_description, link_poses, separate_links
 from yarm.manipulation.obstacles.distance import nearest_obstacle, signed_distance
@@ -89,8 +89,8 @@ def test_distances_are_those_of_another_engine() -> None:
 
 
 def test_the_pair_is_named_and_the_bolted_link_counts_with_the_arm_alone() -> None:
-    wall = Obstacle("wall", Solid("box", (0.02, 0.4, 0.6), transform_matrix((0.12, 0.0, 0.4), (0, 0, 0, 1))))
-    under = Obstacle("under", Solid("box", (1.0, 1.0, 0.02), transform_matrix((0.0, 0.0, -0.02), (0, 0, 0, 1))))
+    wall = Obstacle("wall", Solid(Shape.BOX, (0.02, 0.4, 0.6), transform_matrix((0.12, 0.0, 0.4), (0, 0, 0, 1))))
+    under = Obstacle("under", Solid(Shape.BOX, (1.0, 1.0, 0.02), transform_matrix((0.0, 0.0, -0.02), (0, 0, 0, 1))))
     upright = np.zeros(5)
     assert YoubotCollision([wall]).clearance(upright, 0.5).between.endswith("and wall")
     assert YoubotCollision([under]).free(upright, 0.01)
@@ -125,7 +125,7 @@ def test_the_signed_distance_is_that_of_the_surface(shape: str, size: Tuple[floa
 
 def test_the_nearest_of_several_counts_and_none_is_far() -> None:
     balls = [
-        Obstacle(str(x), Solid("sphere", (0.1,), transform_matrix((x, 0.0, 0.0), (0, 0, 0, 1)))) for x in (0.0, 1.0)
+        Obstacle(str(x), Solid(Shape.SPHERE, (0.1,), transform_matrix((x, 0.0, 0.0), (0, 0, 0, 1)))) for x in (0.0, 1.0)
     ]
     distance, away = nearest_obstacle(balls, np.array([[0.7, 0.0, 0.0]]))
     assert distance[0] == pytest.approx(0.2)

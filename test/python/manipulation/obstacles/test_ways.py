@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from yarm.geometry import transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.kinematics.forward import forward
 from yarm.manipulation.motion.checkpoints import Obstacle, checkpoint, load_arm_scene, moved_obstacles
 from yarm.manipulation.motion.trajectory import arm_limits, check_limits, quintic
@@ -87,7 +87,9 @@ def test_a_start_and_a_goal_in_collision_are_refused_with_the_pair_and_the_numbe
     refused = plan_ways(walled, Variant.YARM, SEED).refused
     assert len(refused) == 5
     assert all("at the start" in reason and "0.01 m is kept" in reason for reason in refused.values())
-    ball = Obstacle("ball", Solid("sphere", (0.05,), transform_matrix(SCENE.checkpoints[0].pose[:3, 3], (0, 0, 0, 1))))
+    ball = Obstacle(
+        "ball", Solid(Shape.SPHERE, (0.05,), transform_matrix(SCENE.checkpoints[0].pose[:3, 3], (0, 0, 0, 1)))
+    )
     blocked = plan_ways(replace(SCENE, obstacles=(*SCENE.obstacles, ball)), Variant.YARM, SEED)
     assert list(blocked.refused) == [SCENE.checkpoints[0].name]
     assert "ball" in blocked.refused[SCENE.checkpoints[0].name]

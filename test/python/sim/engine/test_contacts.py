@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from yarm.sim.engine.contacts import ContactKind, Side, contact_kind
+from yarm.geometry.kinds import ContactKind
+from yarm.sim.engine.contacts import Side, contact_kind
 
 WHEEL, BODY = Side("ankurbot_1", "Mobile", "fl_wheel"), Side("ankurbot_1", "Mobile", "base_link")
 EE, ARM = Side("ankurbot_1", "Mobile", "ee"), Side("ankurbot_1", "Mobile", "arm")

@@ -11,9 +11,9 @@ import pytest
 
 from support.rooms import block, room
 from yarm.geometry import Pose2
+from yarm.geometry.kinds import ContactKind
 from yarm.robots import turtlebot
 from yarm.robots.turtlebot import Bumper, BumperEvent
-from yarm.sim.engine.contacts import ContactKind
 from yarm.sim.engine.room import RoomParams, RoomWorld
 from yarm.sim.robots.errors import CommandError
 

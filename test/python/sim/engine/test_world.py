@@ -11,10 +11,10 @@ import pybullet
 import pytest
 
 from yarm.geometry import transform_points
+from yarm.geometry.kinds import ContactKind
 from yarm.robots.ankurbot import CASTERS
 from yarm.robots.hc10 import arm_mount
 from yarm.sim.checks.cell_check import tip_joints
-from yarm.sim.engine.contacts import ContactKind
 from yarm.sim.engine.things import SpawnError, ThingSpec
 from yarm.sim.engine.world import TICK_S, SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix, transform_points
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.sim.sensors.meshes import CYLINDER_SIDES, SPHERE_RINGS, solid_triangles
 from yarm.sim.sensors.rays_embree import EmbreeSolid
 
 SOLIDS = [
-    (Solid("box", (0.4, 0.6, 0.8), np.eye(4)), 0.4 * 0.6 * 0.8, 1e-9),
-    (Solid("cylinder", (0.3, 0.5), np.eye(4)), math.pi * 0.09 * 0.5, 2.0 / CYLINDER_SIDES**2 * math.pi**2),
-    (Solid("sphere", (0.3,), np.eye(4)), 4.0 / 3.0 * math.pi * 0.027, 2.0 * (math.pi / (2 * SPHERE_RINGS)) ** 2),
+    (Solid(Shape.BOX, (0.4, 0.6, 0.8), np.eye(4)), 0.4 * 0.6 * 0.8, 1e-9),
+    (Solid(Shape.CYLINDER, (0.3, 0.5), np.eye(4)), math.pi * 0.09 * 0.5, 2.0 / CYLINDER_SIDES**2 * math.pi**2),
+    (Solid(Shape.SPHERE, (0.3,), np.eye(4)), 4.0 / 3.0 * math.pi * 0.027, 2.0 * (math.pi / (2 * SPHERE_RINGS)) ** 2),
 ]
 IDS = [solid.shape for solid, _, _ in SOLIDS]
 POSE = transform_matrix((1.0, -2.0, 0.5), quaternion_from_rpy(0.3, -0.5, 1.1))
