@@ -55,13 +55,15 @@ def test_it_reads_four_of_four_and_is_home(tmp_path: Path) -> None:
 
 def test_too_little_time_brings_it_home_with_a_reason_for_every_box_that_is_left(tmp_path: Path) -> None:
     with pytest.raises(LaunchedTestError, match="exit code 1"):
-        inspect(tmp_path, "inspect_short", "--limit", "55")
+        inspect(tmp_path, "inspect_short", "--limit", "45")
     folder = tmp_path / "inspect" / "inspected_room" / "yarm" / "1"
     summary = yaml.safe_load((folder / "summary.yaml").read_text())
-    assert summary["success"] is False and summary["kept"] is True and summary["end_s"] <= 55.0
+    assert summary["success"] is False and summary["kept"] is True and summary["end_s"] <= 45.0
     assert summary["home_m"] < 0.10
     with (folder / "result.csv").open() as opened:
         rows = list(csv.DictReader(opened))
     assert len(rows) == 4 and 1 <= summary["right"] < 4
     left = [row for row in rows if row["read"] == "none"]
+    events = (folder / "events.csv").read_text()
+    assert all(f",hopeless,box={row['box']} " in events for row in left), events
     assert left and all("time" in row["reason"] for row in left)

@@ -22,11 +22,13 @@ from yarm.inspection.model import (
     Stand,
 )
 from yarm.inspection.times import DriveTimes
-from yarm.inspection.tour_plan import Chance, Lengths, Plan, Planner
+from yarm.inspection.tour_plan import Budget, Chance, Lengths, Plan, Planner
 from yarm.inspection.viewpoints import Viewpoint
 from yarm.params import param
 
 CHECK_S = 1.0
+IN_HAND_WORTH = 0.01
+"""Of another look at a box that has an answer already, against 1 of the first look at one."""
 
 
 @dataclass(frozen=True)
@@ -119,27 +121,39 @@ class Round(RoundFlow):
         yield from self._homewards(seen, "")
 
     def _next(self, seen: Observation) -> Optional[Viewpoint]:
-        """The first view of the cheapest round that ends in time; until one does, the dearest box is left out."""
+        """The first view of the cheapest round over the most boxes that ends in time; the others are named.
+
+        The round is planned with what drives usually take: it is planned again after each of them. That the robot is
+        home in time rests on the next view, and the way home from there, by what hardly ever is exceeded.
+        """
         assert self.home is not None and seen.pose is not None
-        boxes = list(self._left.values())
-        while boxes:
-            plan = self._planner.plan(seen.pose, self.home, boxes, self._seen)
-            self.tour = plan.views
-            for number in plan.unreachable:
-                self._end(number, seen, self._blocked.get(number, "no view of it that is left can be reached"))
-            boxes = [box for box in boxes if box.number in self._left]
-            looks = len(plan.views) * self._params.look_limit
-            if not plan.views:
-                return None
-            if self._times.late_s(plan.cost_s) + looks <= self._left_s(seen.now_s) or len(boxes) == 1:
-                self._why = self._why_of(plan)
-                return plan.views[0] if self._fits(plan.views[0], seen) else None
-            dearest = self._dearest(boxes, plan.views, seen.pose)
-            boxes.remove(dearest)
-            if dearest.number not in self._hopeless:
-                self._hopeless.add(dearest.number)
-                self._note(seen, "hopeless", box=dearest.number, left_s=round(self._left_s(seen.now_s), 1))
-        return None
+        budget = Budget(self._left_s(seen.now_s), self._times.typical, self._params.look_limit)
+        worth = {box: IN_HAND_WORTH if self._has_answer(number) else 1.0 for number, box in self._left.items()}
+        plan = self._planner.plan(seen.pose, self.home, worth, self._seen, budget)
+        for number in plan.unreachable:
+            self._end(number, seen, self._blocked.get(number, "no view of it that is left can be reached"))
+        self.tour = plan.views
+        for number in sorted(set(self._left) - {view.box for view in plan.views} - self._hopeless):
+            self._hopeless.add(number)
+            self._note(seen, "hopeless", box=number, left_s=round(budget.left_s, 1))
+        if plan.views and self._fits(plan.views[0], seen):
+            self._why = self._why_of(plan)
+            return plan.views[0]
+        return self._quickest(seen)
+
+    def _has_answer(self, number: int) -> bool:
+        return self._best.get(number, Reading()).tag != UNSEEN
+
+    def _quickest(self, seen: Observation) -> Optional[Viewpoint]:
+        """The view that is taken and come home from soonest, of a box without an answer, if there is time for it."""
+        assert seen.pose is not None
+        boxes = [box for number, box in self._left.items() if not self._has_answer(number)]
+        views = [view for box in boxes for view in self._planner.fresh(box, seen.pose, self._seen)]
+        if not views:
+            return None
+        view = min(views, key=lambda view: self._late_there_and_home_s(view, seen))
+        self._why = "the quickest; there is no time for more"
+        return view if self._fits(view, seen) else None
 
     def _why_of(self, plan: Plan) -> str:
         """Why the first view of a plan is the next."""
@@ -152,21 +166,13 @@ class Round(RoundFlow):
 
     def _fits(self, view: Viewpoint, seen: Observation) -> bool:
         """Whether this view and then the way home end in time."""
+        return self._late_there_and_home_s(view, seen) + self._params.look_limit <= self._left_s(seen.now_s)
+
+    def _late_there_and_home_s(self, view: Viewpoint, seen: Observation) -> float:
+        """What the ways to a view and from there home hardly ever exceed."""
         assert seen.pose is not None
         there = DriveTimes.undisturbed_s(float(self._lengths(seen.pose, [view.pose])[0]), seen.pose, view.pose)
-        total = self._times.late_s(there) + self._params.look_limit + self.home_s(view.pose)
-        return total <= self._left_s(seen.now_s)
-
-    def _dearest(self, boxes: Sequence[Box], views: Sequence[Viewpoint], here: Pose2) -> Box:
-        """The box whose leaving out saves most of the way; one that has been read already first."""
-        assert self.home is not None
-        places = [here, *[view.pose for view in views], self.home]
-        saved = {}
-        for i, view in enumerate(views):
-            before, at, after = places[i], places[i + 1], places[i + 2]
-            in_hand = 1 if view.box in self._best else 0
-            saved[view.box] = (in_hand, before.distance(at) + at.distance(after) - before.distance(after))
-        return max(boxes, key=lambda box: (saved.get(box.number, (0, 0.0)), box.number))
+        return self._times.late_s(there) + self.home_s(view.pose)
 
     def _visit(self, view: Viewpoint, seen: Observation) -> Flow:
         assert seen.pose is not None

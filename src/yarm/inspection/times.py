@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from typing import List
 
 from yarm.geometry import Pose2, wrap_angle
@@ -11,6 +12,8 @@ SPEED_MPS, TURN_RADPS, START_S = 0.3, 0.8, 1.0
 """Of an undisturbed drive: along the way, turning in place, and from order to motion."""
 PRIOR_RATIO, PRIOR_DRIVES = 1.5, 4
 """Before anything was driven a drive may take this many times as long; it counts as so many drives."""
+TYPICAL_RATIO = 1.1
+"""What a drive takes usually, before anything was driven."""
 SHARE = 0.95
 RECENT = 60
 """Drives that are remembered."""
@@ -43,8 +46,16 @@ class DriveTimes:
     @property
     def ratio(self) -> float:
         """The 95th percentile of how much longer a drive takes; the prior counts as the first drives."""
-        ratios = sorted([*self._ratios, *[PRIOR_RATIO] * max(PRIOR_DRIVES - len(self._ratios), 0)])
+        ratios = self._with_prior(PRIOR_RATIO)
         return ratios[min(math.ceil(SHARE * len(ratios)), len(ratios)) - 1]
+
+    @property
+    def typical(self) -> float:
+        """The same for a drive among many: the median."""
+        return statistics.median(self._with_prior(TYPICAL_RATIO))
+
+    def _with_prior(self, prior: float) -> List[float]:
+        return sorted([*self._ratios, *[prior] * max(PRIOR_DRIVES - len(self._ratios), 0)])
 
     def late_s(self, undisturbed_s: float) -> float:
         """What a drive hardly ever exceeds."""

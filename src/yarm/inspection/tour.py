@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import List, Sequence, Tuple
+from typing import Callable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,8 @@ SmallIntArray = npt.NDArray[np.int16]
 
 MOST_EXACT = 15
 """Boxes up to which the tour is exact."""
+Fits = Callable[[float, int], bool]
+"""Whether a closed way of this cost over so many stops is short enough."""
 
 
 @dataclass(frozen=True)
@@ -82,20 +84,69 @@ def exact_tour(costs: FloatArray, box_of: Sequence[int]) -> Tour:
     Raises:
         ValueError: more boxes than MOST_EXACT.
     """
-    numbers = sorted(set(box_of))
-    if len(numbers) > MOST_EXACT:
-        raise ValueError(f"{len(numbers)} boxes; an exact tour is solved for at most {MOST_EXACT}")
-    if not numbers:
-        return Tour((), float(costs[-1, -1]))
-    groups = [np.array([i for i, box in enumerate(box_of) if box == number]) for number in numbers]
-    best, before = _tables(costs[:-1, :-1], costs[-1, :-1], groups)
-    everything = (1 << len(groups)) - 1
-    totals = best[everything] + costs[:-1, -1]
-    last = int(np.argmin(totals))
-    cost = float(totals[last])
-    if not np.isfinite(cost):
-        return Tour((), cost)
-    return Tour(_trace(before, groups, everything, last), cost)
+    solved = _Solved(costs, box_of)
+    return solved.tour(len(solved.totals) - 1)
+
+
+def largest_tour(costs: FloatArray, box_of: Sequence[int], fits: Fits, worth: Mapping[int, float]) -> Tour:
+    """The closed tour that fits over the boxes that are worth most together; the cheapest among equals.
+
+    Args:
+        costs: as for :func:`exact_tour`.
+        box_of: box of each of the n viewpoints.
+        fits: whether a tour is short enough; more never fits better than less.
+        worth: of a visit to each box, not negative.
+
+    Raises:
+        ValueError: more boxes than MOST_EXACT.
+    """
+    solved = _Solved(costs, box_of)
+    inside = np.arange(len(solved.totals))[:, None] >> np.arange(len(solved.numbers)) & 1
+    value = inside @ np.array([worth[number] for number in solved.numbers], dtype=float)
+    order = np.lexsort((solved.totals, -value))
+    for chosen in order:
+        cost = float(solved.totals[chosen])
+        if np.isfinite(cost) and fits(cost, int(inside[chosen].sum())):
+            return solved.tour(int(chosen))
+    return Tour((), float(costs[-1, -1]))
+
+
+def thinned_tour(costs: FloatArray, box_of: Sequence[int], fits: Fits, worth: Mapping[int, float]) -> Tour:
+    """The greedy tour without those stops that had to go until it fits: the least worth first, then the dearest."""
+    home, stops = len(costs) - 1, list(greedy_tour(costs, box_of).stops)
+    while stops and not fits(way_cost(costs, stops), len(stops)):
+        places = [home, *stops, home]
+        saved = [
+            costs[before, at] + costs[at, after] - costs[before, after]
+            for before, at, after in zip(places, places[1:], places[2:])
+        ]
+        del stops[min(range(len(stops)), key=lambda i: (worth[box_of[stops[i]]], -saved[i]))]
+    return Tour(tuple(stops), way_cost(costs, stops) if stops else float(costs[home, home]))
+
+
+class _Solved:
+    """The cheapest tour over every set of boxes; a set's bits follow the order of the boxes' numbers."""
+
+    def __init__(self, costs: FloatArray, box_of: Sequence[int]) -> None:
+        self.numbers = sorted(set(box_of))
+        if len(self.numbers) > MOST_EXACT:
+            raise ValueError(f"{len(self.numbers)} boxes; an exact tour is solved for at most {MOST_EXACT}")
+        self._groups = [np.array([i for i, box in enumerate(box_of) if box == number]) for number in self.numbers]
+        self.totals: FloatArray = np.full(1 << len(self._groups), np.inf)
+        self.totals[0] = costs[-1, -1]
+        self._last: Optional[IntArray] = None
+        if self._groups:
+            best, self._before = _tables(costs[:-1, :-1], costs[-1, :-1], self._groups)
+            ends = best[1:] + costs[:-1, -1]
+            self._last = np.argmin(ends, axis=1)
+            self.totals[1:] = ends[np.arange(len(ends)), self._last]
+
+    def tour(self, chosen: int) -> Tour:
+        """Over a set of boxes; without stops when it has none or no way."""
+        cost = float(self.totals[chosen])
+        if chosen == 0 or self._last is None or not np.isfinite(cost):
+            return Tour((), cost)
+        return Tour(_trace(self._before, self._groups, chosen, int(self._last[chosen - 1])), cost)
 
 
 def _tables(between: FloatArray, from_home: FloatArray, groups: Sequence[IntArray]) -> Tuple[FloatArray, SmallIntArray]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, Sequence, Tuple
 
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
 from yarm.inspection.boxes import Box
 from yarm.inspection.times import DriveTimes
-from yarm.inspection.tour import MOST_EXACT, Tour, exact_tour, greedy_tour
+from yarm.inspection.tour import MOST_EXACT, Tour, largest_tour, thinned_tour
 from yarm.inspection.viewpoints import Viewpoint, viewpoint
 
 DISTANCES_M = (0.45, 0.55, 0.65, 0.8, 0.95)
@@ -35,7 +35,7 @@ class Plan:
     """The rest of a round.
 
     Attributes:
-        views: in visiting order.
+        views: in visiting order; boxes that do not fit into the time have none.
         cost_s: expected, with the way home and the price of views that may not decide.
         unreachable: boxes without any view that can be reached.
     """
@@ -43,6 +43,25 @@ class Plan:
     views: Tuple[Viewpoint, ...]
     cost_s: float
     unreachable: Tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The time that a round may take.
+
+    Attributes:
+        left_s: until it has to be over.
+        ratio: how much longer than undisturbed a drive usually takes.
+        look_s: of a look at most.
+    """
+
+    left_s: float
+    ratio: float
+    look_s: float
+
+    def fits(self, cost_s: float, stops: int) -> bool:
+        """Whether a round of this undisturbed time with so many looks is over in time."""
+        return self.ratio * cost_s + self.look_s * stops <= self.left_s
 
 
 class Planner:
@@ -73,42 +92,60 @@ class Planner:
             self._chances[box, view] = self._ask(box, view)
         return self._chances[box, view]
 
-    def plan(self, here: Pose2, home: Pose2, boxes: Sequence[Box], seen: Dict[int, List[Viewpoint]]) -> Plan:
-        """The cheapest round over these boxes.
+    def fresh(self, box: Box, here: Pose2, seen: Mapping[int, Sequence[Viewpoint]]) -> List[Viewpoint]:
+        """Candidates of a box that were not taken yet."""
+        taken = {(view.distance_m, view.angle_deg) for view in seen.get(box.number, ())}
+        return [view for view in self.candidates(box, here) if (view.distance_m, view.angle_deg) not in taken]
+
+    def plan(
+        self,
+        here: Pose2,
+        home: Pose2,
+        boxes: Mapping[Box, float],
+        seen: Mapping[int, Sequence[Viewpoint]],
+        budget: Budget,
+    ) -> Plan:
+        """The cheapest round over those of the boxes that are worth most together and can be visited in time.
 
         Args:
             here: where the robot stands.
             home: where it ends.
-            boxes: that are left.
+            boxes: that are left, and what a visit to each is worth.
             seen: views already taken of a box, which are not taken again.
+            budget: time that is left.
         """
         views: List[Viewpoint] = []
         prices: List[float] = []
         unreachable = []
         for box in boxes:
-            taken = {(view.distance_m, view.angle_deg) for view in seen.get(box.number, [])}
-            fresh = [v for v in self.candidates(box, here) if (v.distance_m, v.angle_deg) not in taken]
+            fresh = self.fresh(box, here, seen)
             if not fresh:
                 unreachable.append(box.number)
             views += fresh
             prices += [(1.0 / max(self.chance_of(box, view), LEAST_CHANCE) - 1.0) * AGAIN_S for view in fresh]
-        if not views:
-            return Plan(
-                (), DriveTimes.undisturbed_s(float(self._lengths(here, [home])[0]), here, home), tuple(unreachable)
-            )
-        tour = self._solve(here, home, views, prices)
+        worth = {box.number: value for box, value in boxes.items()}
+        tour = self._solve(here, home, views, prices, worth, budget)
         return Plan(tuple(views[i] for i in tour.stops), tour.cost, tuple(unreachable))
 
-    def _solve(self, here: Pose2, home: Pose2, views: Sequence[Viewpoint], prices: Sequence[float]) -> Tour:
+    def _solve(
+        self,
+        here: Pose2,
+        home: Pose2,
+        views: Sequence[Viewpoint],
+        prices: Sequence[float],
+        worth: Mapping[int, float],
+        budget: Budget,
+    ) -> Tour:
         poses = [view.pose for view in views]
         n = len(poses)
         costs = np.full((n + 1, n + 1), math.inf)
         for i, pose in enumerate(poses):
             costs[i, :n] = self._times(pose, poses) + np.array(prices)
             costs[i, n] = self._times(pose, [home])[0]
-        costs[n, :n] = self._times(here, poses) + np.array(prices)
+        costs[n] = self._times(here, [*poses, home]) + np.array([*prices, 0.0])
         box_of = [view.box for view in views]
-        return exact_tour(costs, box_of) if len(set(box_of)) <= MOST_EXACT else greedy_tour(costs, box_of)
+        solve = largest_tour if len(set(box_of)) <= MOST_EXACT else thinned_tour
+        return solve(costs, box_of, budget.fits, worth)
 
     def _times(self, start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
         lengths = self._lengths(start, goals)

@@ -116,6 +116,19 @@ def test_more_time_reads_more_boxes() -> None:
     assert read == sorted(read) and read[0] < read[-1]
 
 
+def test_what_there_is_time_for_is_read_though_the_round_is_hopeless() -> None:
+    """Of these four boxes the nearest takes longest: the robot has to turn round at it."""
+    places = ((1.35, 0.2, 3.1), (0.3, 1.35, -1.4), (-1.4, 0.7, -0.5), (0.6, -1.4, 2.0))
+    boxes = [Box(i + 1, Pose2(*place)) for i, place in enumerate(places)]
+    read = {}
+    for limit_s in range(32, 60, 4):
+        world = World(Round(boxes, straight, likely, RoundParams(time_limit_s=float(limit_s))))
+        world.pose = Pose2(-0.2, -0.3, math.radians(30.0))
+        assert world.run().stage == Stage.DONE and world.now_s <= limit_s
+        read[limit_s] = sum(verdict.reading.tag > 0 for verdict in world.tour.verdicts)
+    assert read[32] >= 1 and read[40] >= 2 and read[48] >= 3, read
+
+
 def test_a_blocked_view_is_answered_by_another_of_the_same_box() -> None:
     first = {}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import List, Tuple
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from yarm.geometry import FloatArray
 from yarm.inspection.inputs import read_boxes
-from yarm.inspection.tour import brute_force_tour, exact_tour, greedy_tour, way_cost
+from yarm.inspection.tour import brute_force_tour, exact_tour, greedy_tour, largest_tour, thinned_tour, way_cost
 from yarm.inspection.viewpoints import viewpoint
 from yarm.resources import resource
 
@@ -56,3 +57,34 @@ def test_without_boxes_it_stays_at_home() -> None:
 def test_too_many_boxes_are_refused() -> None:
     with pytest.raises(ValueError, match="16 boxes"):
         exact_tour(np.zeros((17, 17)), list(range(16)))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_largest_tour_is_the_best_of_all_subsets_that_fit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    box_of = sorted(int(number) for number in rng.integers(0, 5, 9))
+    costs = rng.random((10, 10)) * 10.0
+    worth = {number: float(rng.choice([1.0, 0.01])) for number in set(box_of)}
+    limit = 0.6 * exact_tour(costs, box_of).cost
+    best = (0.0, 0.0)
+    for size in range(1, len(worth) + 1):
+        for chosen in itertools.combinations(sorted(worth), size):
+            kept = [i for i, number in enumerate(box_of) if number in chosen]
+            rows = np.ix_([*kept, 9], [*kept, 9])
+            cost = brute_force_tour(costs[rows], [box_of[i] for i in kept]).cost
+            if cost + 0.1 * size <= limit:
+                best = max(best, (sum(worth[number] for number in chosen), -cost))
+    tour = largest_tour(costs, box_of, lambda cost, stops: cost + 0.1 * stops <= limit, worth)
+    value = sum(worth[box_of[i]] for i in tour.stops)
+    assert value == pytest.approx(best[0]), f"seed {seed}"
+    assert not tour.stops or tour.cost == pytest.approx(-best[1]), f"seed {seed}"
+    thinned = thinned_tour(costs, box_of, lambda cost, stops: cost + 0.1 * stops <= limit, worth)
+    assert not thinned.stops or thinned.cost + 0.1 * len(thinned.stops) <= limit, f"seed {seed}"
+    assert sum(worth[box_of[i]] for i in thinned.stops) <= value + 1e-9, f"seed {seed}"
+
+
+def test_with_time_enough_the_largest_tour_is_the_exact_one() -> None:
+    costs, box_of = practice()
+    assert largest_tour(costs, box_of, lambda cost, stops: True, dict.fromkeys(box_of, 1.0)) == exact_tour(
+        costs, box_of
+    )

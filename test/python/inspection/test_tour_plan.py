@@ -6,14 +6,19 @@ import math
 from typing import Dict, Sequence
 
 import numpy as np
+import pytest
 
 from yarm.geometry import FloatArray, Pose2
 from yarm.inspection.boxes import Box
-from yarm.inspection.tour_plan import MOST_VIEWS, Planner
+from yarm.inspection.tour import MOST_EXACT
+from yarm.inspection.tour_plan import MOST_VIEWS, Budget, Planner
 from yarm.inspection.viewpoints import Viewpoint
 
 HOME = Pose2(0.0, 0.0)
 ROW = tuple(Box(i + 1, Pose2(1.5 * i, 3.0, -math.pi / 2)) for i in range(4))
+ALL = dict.fromkeys(ROW, 1.0)
+FIRST = {ROW[0]: 1.0}
+PLENTY = Budget(1e4, 1.5, 2.0)
 
 
 def straight(start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
@@ -25,7 +30,7 @@ def frontal(box: Box, view: Viewpoint) -> float:
 
 
 def test_every_box_once_from_its_likeliest_view() -> None:
-    plan = Planner(straight, frontal).plan(HOME, HOME, ROW, {})
+    plan = Planner(straight, frontal).plan(HOME, HOME, ALL, {}, PLENTY)
     assert sorted(view.box for view in plan.views) == [1, 2, 3, 4] and plan.unreachable == ()
     assert all(view.angle_deg == 0 for view in plan.views)
     assert [view.box for view in plan.views] in ([1, 2, 3, 4], [4, 3, 2, 1])
@@ -35,7 +40,7 @@ def test_a_view_that_was_taken_is_not_taken_again() -> None:
     planner = Planner(straight, frontal)
     seen: Dict[int, list] = {}
     for _ in range(3):
-        view = planner.plan(HOME, HOME, ROW[:1], seen).views[0]
+        view = planner.plan(HOME, HOME, FIRST, seen, PLENTY).views[0]
         assert view not in seen.get(1, [])
         seen.setdefault(1, []).append(view)
 
@@ -46,7 +51,7 @@ def test_what_cannot_be_reached_is_named_and_the_rest_is_visited() -> None:
         ways[[goal.x > 3.2 for goal in goals]] = np.inf
         return ways
 
-    plan = Planner(walled, frontal).plan(HOME, HOME, ROW, {})
+    plan = Planner(walled, frontal).plan(HOME, HOME, ALL, {}, PLENTY)
     assert plan.unreachable == (4,) and sorted(view.box for view in plan.views) == [1, 2, 3]
 
 
@@ -65,6 +70,19 @@ def test_a_flat_view_is_taken_where_no_other_can_be_reached() -> None:
     planner = Planner(along_a_wall, lambda box, view: 0.1)
     found = planner.candidates(ROW[0], HOME)
     assert found and {abs(view.angle_deg) for view in found} <= {70, 75}
-    assert planner.plan(HOME, HOME, ROW[:1], {}).unreachable == ()
+    assert planner.plan(HOME, HOME, FIRST, {}, PLENTY).unreachable == ()
     usual = Planner(straight, lambda box, view: 0.1).candidates(ROW[0], HOME)
     assert usual and max(abs(view.angle_deg) for view in usual) == 60
+
+
+@pytest.mark.parametrize("count", [4, MOST_EXACT + 3])
+def test_too_little_time_leaves_out_the_far_boxes_and_what_has_an_answer(count: int) -> None:
+    boxes = [Box(i + 1, Pose2(0.7 * i, 2.0, -math.pi / 2)) for i in range(count)]
+    planner = Planner(straight, frontal)
+    whole = planner.plan(HOME, HOME, dict.fromkeys(boxes, 1.0), {}, PLENTY)
+    some = planner.plan(HOME, HOME, dict.fromkeys(boxes, 1.0), {}, Budget(0.9 * whole.cost_s + 2.0 * count, 1.0, 2.0))
+    assert 0 < len(some.views) < count == len(whole.views) and some.cost_s <= 0.9 * whole.cost_s + 2.0 * count
+    answered = {box: 0.01 if box.number == 1 else 1.0 for box in boxes}
+    tight = Budget(0.9 * whole.cost_s + 2.0 * count, 1.0, 2.0)
+    assert 1 not in {view.box for view in planner.plan(HOME, HOME, answered, {}, tight).views}
+    assert planner.plan(HOME, HOME, dict.fromkeys(boxes, 1.0), {}, Budget(3.0, 1.5, 2.0)).views == ()
