@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import List, Optional
 
 
 def package_root() -> Path:
@@ -26,3 +27,11 @@ def package_root() -> Path:
 def resource(*parts: str) -> Path:
     """Path of a data file, for instance ``resource("scenes", "2m1ma.yaml")``; it need not exist."""
     return package_root().joinpath(*parts)
+
+
+def built_library(name: str) -> Optional[Path]:
+    """A library that the build made, for instance "libyarm_rays.so", in a devel or install space; None without one."""
+    prefixes: List[Path] = [Path(p) for p in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if p]
+    root = package_root()
+    prefixes += [root / "devel", *list(root.parents)[:2]]
+    return next((prefix / "lib" / name for prefix in prefixes if (prefix / "lib" / name).is_file()), None)

@@ -1,5 +1,8 @@
 """What the youBot's arm must not touch, obstacles and itself: distances by FCL (Pan, Chitta, Manocha, ICRA 2012).
 
+Where the package is built, the question planners ask most, whether a configuration is free, is answered in C++
+(``clearance_native``): the same FCL on the same solids, without the way through Python.
+
 The links are the collision solids of urdf/manipulation/youbot.urdf.xacro. Obstacles stand in a tree of boxes, so that a
 configuration costs about as much among ten of them as among one.
 """
@@ -9,7 +12,8 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import combinations
-from typing import Any, Dict, List, Sequence, Tuple
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import fcl
 import numpy as np
@@ -19,6 +23,7 @@ from yarm.geometry import FloatArray
 from yarm.geometry.solids import Shape, Solid
 from yarm.geometry.urdf import UrdfModel, expand_xacro, parse_urdf
 from yarm.manipulation.motion.checkpoints import Obstacle
+from yarm.manipulation.obstacles.clearance_native import ArmBody, NativeClearance, library_path
 from yarm.resources import resource
 from yarm.robots.youbot import (
     FOREARM_M,
@@ -27,6 +32,7 @@ from yarm.robots.youbot import (
     SHOULDER_HEIGHT_M,
     UPPER_ARM_M,
     WRIST_ASIDE_M,
+    urdf_angles,
 )
 
 LINK_2_OVER_LINK_1_M = 0.019
@@ -56,11 +62,12 @@ def _order(model: UrdfModel) -> List[str]:
 class YoubotCollision:
     """Distances of the arm to obstacles and to itself. Not thread-safe."""
 
-    def __init__(self, obstacles: Sequence[Obstacle]) -> None:
+    def __init__(self, obstacles: Sequence[Obstacle], library: Optional[Path] = None) -> None:
         """Build both.
 
         Args:
             obstacles: in the arm's frame; they stay where they are.
+            library: of the C++ distances; None for the one that is built, if any is.
         """
         _, model = arm_description()
         order = _order(model)
@@ -82,6 +89,8 @@ class YoubotCollision:
         self._arm = _manager([item for index, _, item in self._links if index > 0])
         self._obstacles = _manager([self._object(obstacle.solid, obstacle.name) for obstacle in obstacles])
         self._empty = not obstacles
+        path = library or library_path()
+        self._native = None if path is None else NativeClearance(path, self._body(model), [o.solid for o in obstacles])
 
     def clearance(self, q: FloatArray, within_m: float) -> Clearance:
         """Least distance at a configuration, 0 where something overlaps.
@@ -107,7 +116,17 @@ class YoubotCollision:
 
     def free(self, q: FloatArray, margin_m: float) -> bool:
         """Whether everything is further away than a margin."""
+        if self._native is not None:
+            return self._native.clearance(urdf_angles(q), margin_m) >= margin_m
         return self.clearance(q, margin_m).distance_m >= margin_m
+
+    def _body(self, model: UrdfModel) -> ArmBody:
+        joints = [model.joints[name] for name in JOINT_NAMES]
+        placed = [joint.T_parent_child for joint in joints]
+        placed[0] = model.rigid_group(joints[0].parent)[1] @ placed[0]
+        solids = [Solid(s.shape, s.size, pose) for s, pose in zip(model.solids, self._solids)]
+        axes = np.array([joint.axis for joint in joints], dtype=float)
+        return ArmBody(np.array(placed), axes, solids, self._order, self._pairs)
 
     def _less(self, least: Clearance, result: Any) -> Clearance:
         distance = max(float(result.min_distance), 0.0)

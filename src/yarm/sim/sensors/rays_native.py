@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, Optional
 
 import numpy as np
 
 from yarm.geometry import FloatArray
-from yarm.resources import package_root
+from yarm.resources import built_library
 from yarm.sim.sensors.camera_model import FLOOR_RGB, CameraModel, Cloud, DepthImage, SolidSet
 from yarm.sim.sensors.noise import FloatImage
 
@@ -32,10 +31,7 @@ class _Camera(ctypes.Structure):
 
 def library_path() -> Optional[Path]:
     """The built library in a devel or install space, or None."""
-    prefixes: List[Path] = [Path(p) for p in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if p]
-    root = package_root()
-    prefixes += [root / "devel", *list(root.parents)[:2]]
-    return next((prefix / "lib" / LIBRARY for prefix in prefixes if (prefix / "lib" / LIBRARY).is_file()), None)
+    return built_library(LIBRARY)
 
 
 @lru_cache(maxsize=None)

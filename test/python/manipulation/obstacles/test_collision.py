@@ -12,6 +12,7 @@ import pytest
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
 from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.manipulation.motion.checkpoints import Obstacle, load_arm_scene
+from yarm.manipulation.obstacles.clearance_native import ArmBody, NativeClearance, library_path
 from yarm.manipulation.obstacles.collision import YoubotCollision, arm_description, link_poses, separate_links
 from yarm.manipulation.obstacles.distance import nearest_obstacle, signed_distance
 from yarm.manipulation.obstacles.physics import ArmWorld
@@ -86,6 +87,35 @@ def test_distances_are_those_of_another_engine() -> None:
         elif min(found) < -0.002:
             assert least.distance_m == 0.0
     assert compared > 5
+
+
+@pytest.mark.skipif(library_path() is None, reason="the package is not built")
+@pytest.mark.parametrize("within_m", [0.01, 0.3])
+def test_the_library_finds_the_distances_that_python_finds(within_m: float) -> None:
+    round_things = [
+        Obstacle("ball", Solid("sphere", (0.06,), transform_matrix((0.25, 0.1, 0.4), (0, 0, 0, 1)))),
+        Obstacle("post", Solid("cylinder", (0.03, 0.5), transform_matrix((-0.2, 0.1, 0.3), (0, 0, 0, 1)))),
+    ]
+    overlapping = 0
+    for obstacles in (SCENE.obstacles, round_things, ()):
+        collision = YoubotCollision(obstacles)
+        assert collision._native is not None
+        for q in random_joints(np.random.default_rng(SEED), 300):
+            wanted = collision.clearance(q, within_m).distance_m
+            assert collision._native.clearance(urdf_angles(q), within_m) == pytest.approx(wanted, abs=5e-4)
+            if abs(wanted - 0.005) > 5e-4:
+                assert collision.free(q, 0.005) == (wanted > 0.005)
+            overlapping += wanted == 0.0
+    assert 50 < overlapping < 850
+
+
+@pytest.mark.skipif(library_path() is None, reason="the package is not built")
+def test_a_solid_of_another_shape_is_refused_by_name() -> None:
+    with pytest.raises(KeyError, match="cone"):
+        NativeClearance(library_path(), BARE, [Solid("cone", (0.1, 0.2), np.eye(4))])
+
+
+BARE = ArmBody(np.eye(4)[None], np.array([[0.0, 0.0, 1.0]]), (), np.zeros(0, dtype=int), np.zeros((0, 2), dtype=int))
 
 
 def test_the_pair_is_named_and_the_bolted_link_counts_with_the_arm_alone() -> None:
