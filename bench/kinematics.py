@@ -4,7 +4,8 @@
     python3 bench/kinematics.py [--poses 10000] [--page bench/kinematics.md]
 
 TRAC-IK (pip install pytracik==0.0.3) and EAIK (pip install --no-deps eaik==1.2.2) are peers, not dependencies: without
-them their rows say so. Times are of the process's processors, so that other work beside it changes little.
+them their lines say so. Times are of the process's processors, so that other work beside it changes little. A row a
+call goes to ``bench/data/kinematics.csv``; the table is made of those rows.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ import argparse
 import tempfile
 import time
 from pathlib import Path
-from typing import Callable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 import PyKDL
+import raw_rows
 
 from yarm.experiments.run.tables import markdown_table
 from yarm.geometry.urdf import expand_xacro
@@ -28,7 +30,7 @@ from yarm.manipulation.kinematics.coursework import (
 )
 from yarm.manipulation.kinematics.forward import forward_many
 from yarm.manipulation.kinematics.inverse import inverse
-from yarm.manipulation.kinematics.inverse_many import inverse_many
+from yarm.manipulation.kinematics.inverse_many import IkBatch, inverse_many
 from yarm.manipulation.kinematics.iterative import damped_least_squares
 from yarm.resources import resource
 from yarm.robots.youbot import (
@@ -43,8 +45,29 @@ from yarm.robots.youbot import (
 CLOSE = 1e-6
 STARTS = 20
 SLOW_POSES = {"kdl": 2000, "tracik": 500, "eaik": 1000, "descent": 200, "transposed": 30}
+BATCHES = (100, 1000, 10_000)
+TITLES = {
+    "closed": "ours, closed form",
+    **{f"batch{size}": f"ours, batches of {size}" for size in BATCHES},
+    "descent": f"ours, damped least squares, up to {STARTS} restarts",
+    "kdl1": "PyKDL LMA, 1 start",
+    "kdl": f"PyKDL LMA, up to {STARTS} starts until within limits",
+    "tracik": "TRAC-IK Speed, 5 ms",
+    "eaik": "EAIK",
+    "printed": "printed formulas, on the printed forward kinematics",
+    "gamma": "printed, gamma mended",
+    "theta5": "printed, gamma and theta5 mended",
+    "arm": "the last, on the arm's forward kinematics",
+    "transposed": "coursework's transposed Jacobian (error < 2e-4 counts)",
+}
+"""Methods: name in the raw rows, and in the table."""
+MENDED = {"printed": Mended(), "gamma": Mended(gamma=True), "theta5": Mended(gamma=True, theta5=True)}
 HEADER = ("method", "poses", "solved", "within limits", "all branches", "us median", "us p99")
 Solve = Callable[[np.ndarray], Sequence[Sequence[float]]]
+Row = Dict[str, object]
+"""One call: ``method``, number of its ``first`` pose and how many ``poses`` it was given, how many of these were
+``solved``, solved ``within`` limits, and given with every branch (``complete``; empty where nobody asks for branches),
+and ``us``, processor time a pose."""
 
 
 def main() -> int:
@@ -57,11 +80,14 @@ def main() -> int:
     q = random_joints(np.random.default_rng(chosen.seed), chosen.poses)
     poses = forward_many(q)
     print(f"seed {chosen.seed}, {chosen.poses} poses", flush=True)
-    rows = []
-    for row in (*ours(q, poses), *kdl(poses), tracik(poses), eaik(poses), *printed(q, poses)):
-        rows.append(row)
-        print("  ".join(row), flush=True)
-    table = markdown_table(HEADER, rows)
+    rows: List[Row] = []
+    lines: List[Tuple[str, ...]] = []
+    for name, part in (*ours(poses), *kdl(poses), *tracik(poses), *eaik(poses), *printed(q, poses)):
+        rows += part
+        lines.append(line(TITLES[name], part))
+        print("  ".join(lines[-1]), flush=True)
+    raw_rows.save(raw_rows.DATA / "kinematics.csv", rows)
+    table = markdown_table(HEADER, lines)
     if chosen.page is not None:
         command = f"python3 bench/kinematics.py --poses {chosen.poses} --seed {chosen.seed} --page {chosen.page}"
         text = chosen.page.read_text(encoding="utf-8") if chosen.page.is_file() else f"{BEGIN}\n{END}\n"
@@ -73,30 +99,52 @@ def main() -> int:
 BEGIN, END = "<!-- table -->", "<!-- end of table -->"
 
 
-def ours(q: np.ndarray, poses: np.ndarray) -> List[Tuple[str, ...]]:
-    """The closed form, one at a time and in batches, and damped least squares."""
-    rows = [measured("ours, closed form", poses, lambda pose: inverse(pose).solutions, branches=True)]
-    for size in (100, 1000, 10_000):
-        batches = [poses[start : start + size] for start in range(0, len(poses), size)]
-        times = [(timed(lambda part=part: inverse_many(part))[1]) / len(part) for part in batches]
-        batch = inverse_many(poses)
-        reached = forward_many(np.nan_to_num(batch.q).reshape(-1, 5)).reshape(*batch.q.shape[:2], 4, 4)
-        off = np.where(batch.within, np.abs(reached - poses[:, None]).max(axis=(2, 3)), np.inf)
-        share = f"{100.0 * np.mean(off.min(axis=1) < CLOSE):.2f} %"
-        median, high = np.percentile(times, (50, 99))
-        rows.append((f"ours, batches of {size}", str(len(poses)), share, share, "yes", f"{median:.2f}", f"{high:.2f}"))
-    part = poses[: SLOW_POSES["descent"]]
-    rows.append(
-        measured(
-            f"ours, damped least squares, up to {STARTS} restarts",
-            part,
-            lambda pose: [damped_least_squares(pose, np.zeros(5), restarts=STARTS).q],
-        )
+Measured = Iterator[Tuple[str, List[Row]]]
+"""Methods with their rows, as they are measured."""
+
+
+def line(title: str, rows: Sequence[Row]) -> Tuple[str, ...]:
+    """A method's line of the table, of its rows."""
+    if not rows:
+        return (title, "not installed", *("",) * (len(HEADER) - 2))
+    column = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    count = int(column["poses"].sum())
+    asked = rows[0]["complete"] != ""
+    median, high = np.percentile(column["us"], (50, 99))
+    digits = 1 if rows[0]["poses"] == 1 else 2
+    return (
+        title,
+        str(count),
+        f"{100.0 * column['solved'].sum() / count:.2f} %",
+        f"{100.0 * column['within'].sum() / count:.2f} %",
+        f"{100.0 * column['complete'].sum() / count:.1f} %" if asked else "no",
+        f"{median:.{digits}f}",
+        f"{high:.{digits}f}",
     )
-    return rows
 
 
-def kdl(poses: np.ndarray) -> List[Tuple[str, ...]]:
+def ours(poses: np.ndarray) -> Measured:
+    """The closed form, one at a time and in batches, and damped least squares."""
+    yield measured("closed", poses, lambda pose: inverse(pose).solutions, branches=True)
+    for size in BATCHES:
+        starts = range(0, len(poses), size)
+        yield f"batch{size}", [batched(f"batch{size}", first, poses[first : first + size]) for first in starts]
+    part = poses[: SLOW_POSES["descent"]]
+    yield measured("descent", part, lambda pose: [damped_least_squares(pose, np.zeros(5), restarts=STARTS).q])
+
+
+def batched(name: str, first: int, poses: np.ndarray) -> Row:
+    """The row of one call for many poses."""
+    batch, spent = timed(lambda: inverse_many(poses))
+    assert isinstance(batch, IkBatch)
+    reached = forward_many(np.nan_to_num(batch.q).reshape(-1, 5)).reshape(*batch.q.shape[:2], 4, 4)
+    right = batch.within & (np.abs(reached - poses[:, None]).max(axis=(2, 3)) < CLOSE)
+    solved = int(right.any(axis=1).sum())
+    complete = sum(len(inverse(pose).solutions) == found for pose, found in zip(poses, right.sum(axis=1)))
+    return row_of(name, first, len(poses), solved, solved, complete, spent / len(poses))
+
+
+def kdl(poses: np.ndarray) -> Measured:
     """PyKDL's Levenberg-Marquardt from the middle, and from up to twenty starts."""
     table = (
         (-0.033, np.pi / 2, 0.145, np.pi),
@@ -124,19 +172,17 @@ def kdl(poses: np.ndarray) -> List[Tuple[str, ...]]:
         return []
 
     part = poses[: SLOW_POSES["kdl"]]
-    return [
-        measured("PyKDL LMA, 1 start", part, lambda pose: solve(pose, 1)),
-        measured(f"PyKDL LMA, up to {STARTS} starts until within limits", part, lambda pose: solve(pose, STARTS)),
-    ]
+    yield measured("kdl1", part, lambda pose: solve(pose, 1))
+    yield measured("kdl", part, lambda pose: solve(pose, STARTS))
 
 
-def tracik(poses: np.ndarray) -> Tuple[str, ...]:
+def tracik(poses: np.ndarray) -> Measured:
     """TRAC-IK on the URDF; its threads race a wall clock, so that a busy machine costs it answers."""
-    name = "TRAC-IK Speed, 5 ms"
     try:
         from trac_ik import TracIK  # noqa: PLC0415 (a peer that need not be there)
     except ImportError:
-        return (name, "not installed", "", "", "", "", "")
+        yield "tracik", []
+        return
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "arm.urdf"
         path.write_text(expand_xacro(resource("urdf", "manipulation", "youbot.urdf.xacro"), base="false"))
@@ -147,16 +193,16 @@ def tracik(poses: np.ndarray) -> Tuple[str, ...]:
         found = solver.ik(pose[:3, 3], pose[:3, :3], seed_jnt_values=middle)
         return [] if found is None else [mechanical_angles(found)]
 
-    return measured(name, poses[: SLOW_POSES["tracik"]], solve)
+    yield measured("tracik", poses[: SLOW_POSES["tracik"]], solve)
 
 
-def eaik(poses: np.ndarray) -> Tuple[str, ...]:
+def eaik(poses: np.ndarray) -> Measured:
     """EAIK (D. Ostermeier et al.), which derives a closed form from the axes; it knows no limits."""
-    name = "EAIK"
     try:
         from eaik.IK_HP import HPRobot  # noqa: PLC0415
     except ImportError:
-        return (name, "not installed", "", "", "", "", "")
+        yield "eaik", []
+        return
     axes = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0], [0, 0, -1]], dtype=float)
     offsets = np.array([[0, 0, 0], [0.033, 0, 0.145], [0, 0, 0.155], [0, 0, 0.135], [-0.002, 0, 0], [0, 0, 0.185]])
     robot = HPRobot(axes, offsets)
@@ -165,20 +211,15 @@ def eaik(poses: np.ndarray) -> Tuple[str, ...]:
         found = robot.IK(pose)
         return [q for q, rough in zip(found.Q, found.is_LS) if not rough]
 
-    return measured(name, poses[: SLOW_POSES["eaik"]], solve, branches=True, all_limits=True)
+    yield measured("eaik", poses[: SLOW_POSES["eaik"]], solve, branches=True, all_limits=True)
 
 
-def printed(q: np.ndarray, poses: np.ndarray) -> List[Tuple[str, ...]]:
+def printed(q: np.ndarray, poses: np.ndarray) -> Measured:
     """The coursework's formulas on the forward kinematics it printed, and its iteration on the right ones."""
     own = printed_forward_many(q)
-    rows = []
-    for name, mended in (
-        ("printed formulas, on the printed forward kinematics", Mended()),
-        ("printed, gamma mended", Mended(gamma=True)),
-        ("printed, gamma and theta5 mended", Mended(gamma=True, theta5=True)),
-    ):
-        rows.append(measured(name, own, one_of(mended), reach=printed_forward_many))
-    rows.append(measured("the last, on the arm's forward kinematics", poses, one_of(Mended(gamma=True, theta5=True))))
+    for name, mended in MENDED.items():
+        yield measured(name, own, one_of(mended), reach=printed_forward_many)
+    yield measured("arm", poses, one_of(MENDED["theta5"]))
     part = poses[: SLOW_POSES["transposed"]]
     middle = 0.5 * (np.array(LOWER_RAD) + np.array(UPPER_RAD))
 
@@ -186,8 +227,7 @@ def printed(q: np.ndarray, poses: np.ndarray) -> List[Tuple[str, ...]]:
         answer = transposed_jacobian(pose, middle)
         return [np.remainder(np.array(answer.q) + np.pi, 2.0 * np.pi) - np.pi] if answer.converged else []
 
-    rows.append(measured("coursework's transposed Jacobian (error < 2e-4 counts)", part, creep, close=2e-4))
-    return rows
+    yield measured("transposed", part, creep, close=2e-4)
 
 
 def one_of(mended: Mended) -> Solve:
@@ -208,32 +248,27 @@ def measured(
     all_limits: bool = False,
     close: float = CLOSE,
     reach: Callable[[np.ndarray], np.ndarray] = forward_many,
-) -> Tuple[str, ...]:
-    """One row: a pose counts as solved when an answer's own pose is within ``close`` of it, metres and entries."""
-    times, solved, inside, complete = [], 0, 0, 0
-    for pose in poses:
+) -> Tuple[str, List[Row]]:
+    """A row a pose: it counts as solved when an answer's own pose is within ``close`` of it, metres and entries."""
+    rows = []
+    for number, pose in enumerate(poses):
         answers, spent = timed(lambda pose=pose: solve(pose))
-        times.append(spent)
         q = np.array(answers, dtype=float).reshape(-1, 5)
         right = np.abs(reach(q) - pose).max(axis=(1, 2)) < close if len(q) else np.zeros(0, dtype=bool)
-        solved += bool(right.any())
-        inside += bool((right & within_limits(q)).any())
+        complete: object = ""
         if branches:
             known = inverse(pose)
             wanted = len(known.solutions) + (len(known.beyond) if all_limits else 0)
-            complete += int(right.sum()) == wanted
-    n = len(poses)
-    median, high = np.percentile(times, (50, 99))
-    every = f"{100.0 * complete / n:.1f} %" if branches else "no"
-    return (
-        name,
-        str(n),
-        f"{100.0 * solved / n:.2f} %",
-        f"{100.0 * inside / n:.2f} %",
-        every,
-        f"{median:.1f}",
-        f"{high:.1f}",
-    )
+            complete = int(right.sum() == wanted)
+        within = int((right & within_limits(q)).any())
+        rows.append(row_of(name, number, 1, int(right.any()), within, complete, spent))
+    return name, rows
+
+
+def row_of(name: str, first: int, poses: int, solved: int, within: int, complete: object, us: float) -> Row:
+    """One call's row."""
+    keys = ("method", "first", "poses", "solved", "within", "complete", "us")
+    return dict(zip(keys, (name, first, poses, solved, within, complete, round(us, 3))))
 
 
 def timed(call: Callable[[], object]) -> Tuple[object, float]:

@@ -4,7 +4,7 @@
     python3 bench/room.py [--arena practice] [--seconds 120]
 
 The robot drives 0.2 m/s and turns where its scan sees less than 0.6 m, so it bumps into what the scan does not see.
-Processor time of one core.
+Processor time of one core. A row for every tick, scan and depth image goes to ``bench/data/room.csv``.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import time
 from typing import Callable, Dict, List
 
 import numpy as np
+import raw_rows
 
 from yarm.geometry.scans import Scan
 from yarm.sim.engine.room import RoomWorld
@@ -35,6 +36,14 @@ class Costs:
         result = work()
         self.parts.setdefault(part, []).append(1e3 * (time.process_time() - start))
         return result
+
+    def rows(self) -> List[Dict[str, object]]:
+        """Every piece of work: its part, its number within the part, and what it took."""
+        return [
+            {"part": part, "number": number, "ms": round(spent, 4)}
+            for part, times in self.parts.items()
+            for number, spent in enumerate(times)
+        ]
 
 
 def nearest(scan: Scan) -> float:
@@ -70,6 +79,7 @@ def main() -> None:
     for part, times in costs.parts.items():
         p50, p99 = np.percentile(times, (50, 99))
         print(f"{part:6s} {p50:7.3f} {p99:7.3f} ms (median, 99th percentile)")
+    raw_rows.save(raw_rows.DATA / "room.csv", costs.rows())
 
 
 if __name__ == "__main__":

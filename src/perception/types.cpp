@@ -11,7 +11,6 @@ constexpr std::array<std::pair<ObjectKind, const char*>, 5> kKindNames{{{ObjectK
                                                                         {ObjectKind::kDebris, "Debris"},
                                                                         {ObjectKind::kTarget, "Target"},
                                                                         {ObjectKind::kObstacle, "Obstacle"}}};
-constexpr char kUnknownPrefix[] = "unknown_";
 }  // namespace
 
 std::size_t GridSpec::count() const {
@@ -68,11 +67,7 @@ std::optional<ObjectKind> fromString(const std::string& text) {
 }
 
 std::string unknownName(std::int64_t number) {
-  return kUnknownPrefix + std::to_string(number);
-}
-
-bool isUnknownName(const std::string& name) {
-  return name.rfind(kUnknownPrefix, 0) == 0;
+  return "unknown_" + std::to_string(number);
 }
 
 }  // namespace yarm::perception

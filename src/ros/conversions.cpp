@@ -164,6 +164,7 @@ void fillAssociated(const perception::AssociatedSet& set, const perception::Grid
     cluster.label = object.is_static ? "static" : "dynamic";
     cluster.frame = object.name;
     cluster.object = toString(object.object);
+    cluster.unknown = object.is_unknown ? 1 : 0;
   }
 }
 
@@ -186,7 +187,7 @@ Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, percepti
     }
     object.name = cluster.frame;
     object.is_static = cluster.label == "static";
-    object.is_unknown = perception::isUnknownName(cluster.frame);
+    object.is_unknown = cluster.unknown != 0;
     object.T_world_seed = pose.value;
     object.stamp_ns = toNs(cluster.transform.header.stamp);
     object.attached_to = cluster.attached_to;

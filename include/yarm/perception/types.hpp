@@ -133,8 +133,6 @@ using LinkPoses = std::unordered_map<std::string, Eigen::Isometry3d>;
 
 /// Name of the n-th thing that nobody registered: "unknown_<n>".
 [[nodiscard]] std::string unknownName(std::int64_t number);
-/// Whether a name is such a one: the messages tell an unknown thing by nothing else.
-[[nodiscard]] bool isUnknownName(const std::string& name);
 
 /// One object with the points that are its own.
 struct AssociatedObject {

@@ -180,11 +180,12 @@ TEST(Associated, comesBackAsItWas) {
   EXPECT_EQ(b.attached_to, object.attached_to);
 }
 
-TEST(Associated, unknownThingsAreToldByTheirNames) {
+TEST(Associated, whatNobodyRegisteredIsToldByAFieldNotByItsName) {
   pc::AssociatedSet set;
   set.objects.resize(2);
   set.objects[0].name = pc::unknownName(12);
-  set.objects[1].name = "box_unknown_1";
+  set.objects[0].is_unknown = true;
+  set.objects[1].name = "unknown_1";  // somebody registered a thing under such a name
   yarm::AssociatedClusterVector message;
   yarm::fillAssociated(set, {}, message);
   pc::AssociatedSet read;

@@ -102,6 +102,15 @@ class SanderScripts:
         yield Follow((yield self._from_here(self._planner.lift)))
         yield from self._raster()
 
+    def again(self, storing: bool) -> Script:
+        """What was stopped on its way, from wherever the arm is; ``storing`` when it was on its way to storage."""
+        now = self._now
+        if storing:
+            return self.store()
+        if now.state is SanderState.SCAN_TO_PATH:
+            return self.sand() if now.progress.plan is None else self.resume()
+        return self.to_part() if now.state is SanderState.MOVE_TO_PART else self.scan()
+
     def _raster(self) -> Script:
         now = self._now
         while not now.progress.finished:

@@ -65,7 +65,9 @@ class Cell:
     def to(self, state: SanderState, *presses: Button) -> None:
         """Press and wait until a state is entered and nothing moves."""
         machine = self.machine
-        assert self.run(60.0, presses, until=lambda: machine.state is state and not machine.moving), machine.report
+        assert self.run(60.0, presses, until=lambda: machine.state is state and not machine.report.moving), (
+            machine.report
+        )
 
     def tip(self) -> np.ndarray:
         return planner().kinematics.tip(self.q)[:3, 3]
@@ -75,7 +77,7 @@ class Cell:
 
     def sanding(self, progress: float) -> None:
         self.teleoperation()
-        assert self.run(90.0, [Button.START], until=lambda: self.machine.progress >= progress)
+        assert self.run(90.0, [Button.START], until=lambda: self.machine.report.progress >= progress)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +88,9 @@ def whole() -> Cell:
     cell.run(4.0, switches=[False])
     cell.run(4.0, switches=[True])
     cell.run(0.6, switches=[False])
-    assert cell.run(90.0, switches=[True], until=lambda: cell.machine.progress >= 1.0 and not cell.machine.moving)
+    assert cell.run(
+        90.0, switches=[True], until=lambda: cell.machine.report.progress >= 1.0 and not cell.machine.report.moving
+    )
     cell.to(SanderState.STORAGE, Button.STORE)
     return cell
 
@@ -133,21 +137,21 @@ def test_pausing_stops_within_0_3_s_lifts_and_resumes_at_the_same_place():
     cell.run(0.3, switches=[False])
     assert np.linalg.norm(cell.tip()[:2] - before[:2]) < 0.02
     stopped = cell.tip()
-    assert cell.run(5.0, until=lambda: cell.machine.lifted)
+    assert cell.run(5.0, until=lambda: cell.machine.report.lifted)
     assert cell.tip()[2] >= 1.15
     assert np.linalg.norm(cell.tip()[:2] - stopped[:2]) < 0.005
-    progress = cell.machine.progress
+    progress = cell.machine.report.progress
     cell.run(0.1, switches=[True])
     assert cell.run(5.0, until=lambda: cell.tip()[2] < PART_TOP_M + 0.003)
     assert np.linalg.norm(cell.tip()[:2] - stopped[:2]) < 0.01
-    assert cell.machine.progress == pytest.approx(progress, abs=0.005)
+    assert cell.machine.report.progress == pytest.approx(progress, abs=0.005)
 
 
 def test_paused_before_the_start_it_hovers_and_sands_nothing():
     cell = Cell()
     cell.teleoperation()
     cell.run(5.0, [Button.START], [False])
-    assert cell.machine.lifted and cell.machine.progress == 0.0
+    assert cell.machine.report.lifted and cell.machine.report.progress == 0.0
     assert cell.tip()[2] >= 1.15
 
 
@@ -185,7 +189,7 @@ def test_a_button_without_meaning_is_answered_with_a_reason(state, button):
         cell.run(1.0, [Button.START], [False])
     cell.run(0.2, [button])
     assert cell.machine.state is SanderState(state)
-    assert f"button {button.name.lower()} does nothing in state {state}" in cell.machine.reason
+    assert f"button {button.name.lower()} does nothing in state {state}" in cell.machine.report.reason
 
 
 @pytest.mark.parametrize("after_s", [0.5, 3.0, 4.9])
@@ -196,7 +200,7 @@ def test_hold_stops_and_advance_goes_on(after_s):
     held = cell.q.copy()
     cell.run(1.0)
     assert cell.q == pytest.approx(held)
-    assert "held" in cell.machine.reason
+    assert "held" in cell.machine.report.reason
     cell.to(SanderState.TELEOPERATION, Button.ADVANCE)
 
 
@@ -212,9 +216,9 @@ def test_store_while_sanding_lifts_first():
 def test_start_again_after_the_raster_sands_again():
     cell = Cell(spacing_m=0.2)
     cell.sanding(0.05)
-    assert cell.run(60.0, until=lambda: cell.machine.progress >= 1.0 and not cell.machine.moving)
+    assert cell.run(60.0, until=lambda: cell.machine.report.progress >= 1.0 and not cell.machine.report.moving)
     cell.run(1.0, [Button.START])
-    assert cell.machine.progress < 0.2
+    assert cell.machine.report.progress < 0.2
     assert cell.machine.state is SanderState.SCAN_TO_PATH
 
 
@@ -223,28 +227,28 @@ def test_a_scan_without_a_part_keeps_it_where_it_is_and_says_why():
     cell.teleoperation()
     before = cell.q.copy()
     cell.run(2.0, [Button.START])
-    assert "stays where it is: the scan holds no points" in cell.machine.reason
+    assert "stays where it is: the scan holds no points" in cell.machine.report.reason
     assert cell.q == pytest.approx(before, abs=0.02)
 
 
 def test_an_arm_that_does_not_follow_is_noticed():
     cell = Cell(blocked=True)
     cell.run(10.0, [Button.ADVANCE])
-    assert "does not follow: joint" in cell.machine.reason
+    assert "does not follow: joint" in cell.machine.report.reason
 
 
 def test_blocked_while_sanding_it_goes_on_when_switched_on_again():
     cell = Cell()
     cell.sanding(0.1)
     cell.blocked = True
-    assert cell.run(20.0, until=lambda: bool(cell.machine.reason))
-    assert "does not follow" in cell.machine.reason
-    stopped = cell.machine.progress
+    assert cell.run(20.0, until=lambda: bool(cell.machine.report.reason))
+    assert "does not follow" in cell.machine.report.reason
+    stopped = cell.machine.report.progress
     cell.blocked = False
     cell.run(10.0, switches=[False])
-    assert cell.machine.progress == stopped
-    assert cell.run(20.0, switches=[True], until=lambda: cell.machine.progress > stopped + 0.02)
-    assert cell.machine.reason == ""
+    assert cell.machine.report.progress == stopped
+    assert cell.run(20.0, switches=[True], until=lambda: cell.machine.report.progress > stopped + 0.02)
+    assert cell.machine.report.reason == ""
 
 
 def test_switching_on_does_not_undo_a_hold():
@@ -274,7 +278,7 @@ def test_teleoperation_stops_before_the_part_and_says_so():
     cell.teleoperation()
     cell.run(8.0, axes=(0.0, 0.0, -1.0, 0.0))
     assert PART_TOP_M + 0.01 < cell.tip()[2] < PART_TOP_M + 0.06
-    assert "sander and part" in cell.machine.reason
+    assert "sander and part" in cell.machine.report.reason
 
 
 def test_teleoperation_without_news_stops():
@@ -303,7 +307,7 @@ def test_a_slow_computation_leaves_the_arm_at_rest_until_it_is_done():
 
     cell = Cell(run_job=Slow)
     cell.run(1.0, [Button.ADVANCE])
-    assert cell.machine.moving and cell.motion is None
+    assert cell.machine.report.moving and cell.motion is None
     waiting.clear()
     cell.run(0.5)
     assert cell.motion is not None
@@ -344,11 +348,11 @@ def test_an_objection_stops_the_raster_at_once_and_without_it_the_raster_goes_on
     assert cell.tip()[2] < PART_TOP_M + 0.003
     assert cell.machine.report.reason == "stands: nothing heard from commander yet"
     assert not cell.machine.report.moving
-    progress = cell.machine.progress
+    progress = cell.machine.report.progress
     cell.objection = ""
     cell.run(0.1)
-    assert cell.run(90.0, until=lambda: cell.machine.progress > progress + 0.01)
-    assert cell.machine.progress < progress + 0.02
+    assert cell.run(90.0, until=lambda: cell.machine.report.progress > progress + 0.01)
+    assert cell.machine.report.progress < progress + 0.02
     assert cell.machine.report.reason == ""
 
 
@@ -380,14 +384,14 @@ def test_an_objection_in_any_state_stops_the_arm_twice_and_it_still_gets_there(s
     else:
         cell.teleoperation()
         presses = [Button.START if state is SanderState.SCAN_TO_PATH else Button.STORE]
-    assert cell.run(60.0, presses, until=lambda: machine.state is state and machine.moving)
+    assert cell.run(60.0, presses, until=lambda: machine.state is state and machine.report.moving)
     for _ in range(2):
         cell.run(0.5)
         cell.objection = "stands"
         cell.run(0.3)
         assert stands(cell, 1.0)
         cell.objection = ""
-    assert cell.run(120.0, until=lambda: machine.state is end and not machine.moving), machine.report
+    assert cell.run(120.0, until=lambda: machine.state is end and not machine.report.moving), machine.report
 
 
 def test_an_objection_while_the_tool_is_lifted_for_storage_does_not_forget_the_storage():
