@@ -12,7 +12,7 @@ import numpy as np
 from yarm.exploration.model import LOOP_S, Command, Event, Observation
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import SweptGround
-from yarm.geometry import FloatArray, Pose2, wrap_angle
+from yarm.geometry import FloatArray, Pose2, pairs, wrap_angle
 from yarm.navigation.follower import FollowSettings, PathFollower, room_ahead
 from yarm.navigation.grid_map import OCCUPIED_AT_LEAST, GridMap
 from yarm.navigation.ground import Ground, PlanSettings
@@ -26,6 +26,8 @@ STRIP_M = turtlebot.RADIUS_M + 0.02
 """Half the width of the strip ahead in which something counts as near."""
 LOOK_PASSES = 3
 """Every n-th scan is taken to say which floor was seen."""
+SOON_PASSED: FloatArray = np.stack(np.meshgrid(np.linspace(0.20, 0.32, 3), (-0.13, 0.0, 0.13)), axis=-1).reshape(-1, 2)
+"""(n, 2) points of the floor that the robot is about to pass, base frame, metres."""
 SAME_PLACE_M = 0.01
 TOUCHING_M = turtlebot.RADIUS_M + 0.02
 """Something this near ahead stops the robot."""
@@ -293,18 +295,13 @@ class Driver:
         cells = np.argwhere(window >= OCCUPIED_AT_LEAST) + np.array([top, left])
         away = self.map.centres_of(cells) - (pose.x, pose.y)
         c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-        points: FloatArray = np.stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]], axis=1)
-        return points
+        return pairs(c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0])
 
     def _cap(self, pose: Pose2) -> Optional[float]:
         """A limit of the speed where the camera has not seen the floor that the robot is about to pass."""
         if not self._settings.cautious:
             return None
-        ahead = np.linspace(0.20, 0.32, 3)
-        x, y = np.meshgrid(ahead, (-0.13, 0.0, 0.13))
-        c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-        points = np.stack([pose.x + c * x - s * y, pose.y + s * x + c * y], axis=-1).reshape(-1, 2)
-        return None if self.floor.since(points, 0.0).all() else self._settings.touch_mps
+        return None if self.floor.since(pose.moved(SOON_PASSED), 0.0).all() else self._settings.touch_mps
 
     def _note_move(self, observation: Observation, pose: Pose2, v_mps: float, w_radps: float) -> None:
         if abs(v_mps) < 0.02 and abs(w_radps) < 0.1:
@@ -323,6 +320,8 @@ class Driver:
         return "the place in the map" if self._stays([pose_then for _, _, pose_then in self._moves] + [pose]) else ""
 
     def _stays(self, poses: List[Pose2]) -> bool:
-        moved = max(poses[0].distance(pose) for pose in poses)
-        turned = max(abs(wrap_angle(pose.yaw_rad - poses[0].yaw_rad)) for pose in poses)
-        return moved < self._settings.stuck_m and turned < self._settings.stuck_rad
+        first, s = poses[0], self._settings
+        return all(
+            first.distance(pose) < s.stuck_m and abs(wrap_angle(pose.yaw_rad - first.yaw_rad)) < s.stuck_rad
+            for pose in reversed(poses)  # the newest is the likeliest to be away
+        )

@@ -36,11 +36,12 @@ class SweptGround:
         away_x = self._squares.centres(columns.start, columns.stop)[None, :] - sensor.x
         c, s = math.cos(sensor.yaw_rad), math.sin(sensor.yaw_rad)
         ahead, aside = c * away_x + s * away_y, c * away_y - s * away_x
-        row, column = np.nonzero((ahead > 0.0) & (np.abs(aside) <= ahead * abs(math.tan(scan.angle_min_rad))))
-        ahead, aside = ahead[row, column], aside[row, column]
+        in_view = (ahead > 0.0) & (np.abs(aside) <= ahead * abs(math.tan(scan.angle_min_rad)))
+        row, column = np.nonzero(in_view)
+        ahead, aside = ahead[in_view], aside[in_view]
         distance = np.hypot(ahead, aside)
         beam = np.rint((np.arctan2(aside, ahead) - scan.angle_min_rad) / scan.angle_increment_rad).astype(np.int64)
-        ranges = np.where(scan.valid(), scan.ranges, 0.0)[np.clip(beam, 0, len(scan.ranges) - 1)]
+        ranges = np.where(scan.valid(), scan.ranges, 0.0)[np.minimum(np.maximum(beam, 0), len(scan.ranges) - 1)]
         swept = (distance < ranges) & (distance >= self._near_m) & (distance <= self._far_m)
         self._when[row[swept] + rows.start, column[swept] + columns.start] = now_s
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional, Sequence, Tuple
+from functools import lru_cache
+from typing import Sequence, Tuple
 
 import numpy as np
+import numpy.typing as npt
 
 from yarm.geometry import FloatArray, IntArray
 from yarm.navigation.grid_map import GridMap
@@ -36,6 +38,7 @@ class ViewSettings:
     decay_m: float = 0.8
 
 
+RayArray = npt.NDArray[np.float32]
 Look = Tuple[Tuple[int, int], float, float]
 """A cell to look from, the heading before and the turn after it, radians, + = left."""
 FINE = 180
@@ -64,36 +67,41 @@ class Views:
         self._pad = self._steps + 2
         # One lookup a step: NaN ends a ray, anything else is what the cell is worth.
         values = np.where(grid_map.occupied, np.nan, worth)
-        self._values = np.pad(values, self._pad, constant_values=np.nan).ravel().astype(np.float32)
+        self._values = _framed(values, self._pad, np.nan)
         depth = grid_map.unknown * np.where(room_m < settings.tight_m, settings.tight_factor, 1.0)
-        self._depth = np.pad(depth, self._pad).ravel().astype(np.float32)
+        self._depth = _framed(depth, self._pad, 0.0)
         self._width = grid_map.columns + 2 * self._pad
         most = round(settings.through_m / resolution) + 1
         self._faded = np.exp(-np.arange(most) * resolution / settings.decay_m).astype(np.float32)
-        self._offsets, self._area = self._fan(grid_map.origin.yaw_rad, settings.directions)
-        self._fine: Optional[IntArray] = None
+        self._offsets = _fan(grid_map.origin.yaw_rad, settings.directions, self._steps, self._width)
+        radii = np.arange(1, self._steps + 1, dtype=float)
+        area = radii * (2.0 * np.pi / settings.directions)
+        area[radii * resolution < settings.near_m] = 0.0
+        self._area = area.astype(np.float32)
 
     def gains(self, cells: IntArray) -> FloatArray:
         """(n, directions) worth of what a ray from each of cells (n, 2) would see, direction 0 along x."""
         count, rays = len(cells), self._settings.directions
         base = (cells[:, 0] + self._pad) * self._width + cells[:, 1] + self._pad
-        owner = np.repeat(np.arange(count), rays)
+        by_step = self._offsets.T
+        start = np.repeat(base, rays)
         ray = np.tile(np.arange(rays), count)
         total = np.zeros(count * rays, np.float32)
         through = np.zeros(count * rays, np.float32)
         alive = np.arange(count * rays)
         limit = len(self._faded) - 1
         for first in range(0, self._steps, BLOCK):
-            steps = slice(first, min(first + BLOCK, self._steps))
-            at = base[owner[alive]][:, None] + self._offsets[ray[alive], steps]
-            values = self._values[at]
-            ended = np.isnan(values)
-            open_cells = np.cumsum(ended, axis=1) == 0
-            seen = np.where(open_cells, values, 0.0)
-            behind = through[alive][:, None] + np.cumsum(self._depth[at], axis=1)
-            total[alive] += (seen * self._faded[np.minimum(behind, limit).astype(np.int32)]) @ self._area[steps]
-            through[alive] = behind[:, -1]
-            alive = alive[open_cells[:, -1] & (through[alive] < limit)]
+            # Steps run along the first axis here: a few long rows are added up quickly, many short ones are not.
+            at = start[alive] + by_step[first : first + BLOCK, ray[alive]]
+            values, depth = self._values[at], self._depth[at]
+            np.cumsum(depth, axis=0, out=depth)
+            depth += through[alive]
+            open_cells = np.logical_and.accumulate(~np.isnan(values), axis=0)
+            seen = np.where(open_cells, values, np.float32(0.0))
+            seen *= self._faded[np.minimum(depth, limit).astype(np.int32)]
+            total[alive] += np.ascontiguousarray(seen.T) @ self._area[first : first + BLOCK]
+            through[alive] = depth[-1]
+            alive = alive[open_cells[-1] & (depth[-1] < limit)]
             if len(alive) == 0:
                 break
         gains: FloatArray = total.reshape(count, rays).astype(float)
@@ -117,14 +125,13 @@ class Views:
 
     def together(self, looks: Sequence[Look]) -> float:
         """Worth of what several looks show, every cell that a ray hits counted once, at its best."""
-        if self._fine is None:
-            self._fine = self._fan(self._map.origin.yaw_rad, FINE)[0]
+        fine = _fan(self._map.origin.yaw_rad, FINE, self._steps, self._width)
         angles = 2.0 * np.pi * np.arange(FINE) / FINE
         rays = []
         for (row, column), heading_rad, turn_rad in looks:
             apart = np.abs(np.remainder(angles - heading_rad - 0.5 * turn_rad + np.pi, 2.0 * np.pi) - np.pi)
             chosen = apart <= 0.5 * (abs(turn_rad) + self._settings.fov_rad)
-            rays.append((row + self._pad) * self._width + column + self._pad + self._fine[chosen])
+            rays.append((row + self._pad) * self._width + column + self._pad + fine[chosen])
         at = np.concatenate(rays)
         values = self._values[at]
         before = np.logical_and.accumulate(~np.isnan(values), axis=1)
@@ -137,16 +144,25 @@ class Views:
         best[cells[order]] = worth[order]
         return float(best.sum())
 
-    def _fan(self, yaw_rad: float, directions: int) -> Tuple[IntArray, FloatArray]:
-        """Flat offsets (directions, steps) of the cells along each ray, and the area (steps,) in cells of a step."""
-        settings, resolution = self._settings, self._map.resolution_m
-        angles = 2.0 * np.pi * np.arange(directions) / directions - yaw_rad
-        radii = np.arange(1, self._steps + 1, dtype=float)
-        columns = np.rint(np.cos(angles)[:, None] * radii).astype(np.int64)
-        rows = np.rint(np.sin(angles)[:, None] * radii).astype(np.int64)
-        area = radii * (2.0 * np.pi / directions)
-        area[radii * resolution < settings.near_m] = 0.0
-        return rows * self._width + columns, area.astype(np.float32)
+
+@lru_cache(maxsize=8)
+def _fan(yaw_rad: float, directions: int, steps: int, width: int) -> IntArray:
+    """Flat offsets (directions, steps) of the cells along each ray, over a map that is so many cells wide."""
+    angles = 2.0 * np.pi * np.arange(directions) / directions - yaw_rad
+    radii = np.arange(1, steps + 1, dtype=float)
+    columns = np.rint(np.cos(angles)[:, None] * radii).astype(np.int64)
+    rows = np.rint(np.sin(angles)[:, None] * radii).astype(np.int64)
+    offsets: IntArray = rows * width + columns
+    offsets.setflags(write=False)
+    return offsets
+
+
+def _framed(values: FloatArray, margin: int, outside: float) -> RayArray:
+    """Flat float32 copy of values (rows, columns) with so many cells of something else all round."""
+    rows, columns = values.shape
+    framed = np.full((rows + 2 * margin, columns + 2 * margin), outside, np.float32)
+    framed[margin : margin + rows, margin : margin + columns] = values
+    return framed.ravel()
 
 
 def sweeps(gains: FloatArray, heading_rad: FloatArray, turns_rad: FloatArray, fov_rad: float) -> FloatArray:

@@ -14,6 +14,7 @@ from yarm.geometry.grid import BoolArray, FloatArray, GridError, GridSpec, IntAr
 from yarm.geometry.masks import Mask
 from yarm.geometry.poses import (
     Pose2,
+    pairs,
     quaternion_from_rpy,
     rotation_of_quaternion,
     rpy_of_quaternion,
@@ -39,6 +40,7 @@ __all__ = [
     "columns_from_grid",
     "dilated",
     "grid_from_columns",
+    "pairs",
     "quaternion_from_rpy",
     "rotation_of_quaternion",
     "rpy_of_quaternion",

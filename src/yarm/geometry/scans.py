@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry.grid import BoolArray, FloatArray
-from yarm.geometry.poses import Pose2
+from yarm.geometry.poses import Pose2, pairs
 
 RangeArray = npt.NDArray[np.float32]
 AT_BASE = Pose2(0.0, 0.0)
@@ -51,10 +51,7 @@ class Scan:
         valid = self.valid()
         bearing = self.angles()[valid] + self.sensor.yaw_rad
         ranges = self.ranges[valid].astype(float)
-        points: FloatArray = np.stack(
-            [self.sensor.x + ranges * np.cos(bearing), self.sensor.y + ranges * np.sin(bearing)], axis=1
-        )
-        return points
+        return pairs(self.sensor.x + ranges * np.cos(bearing), self.sensor.y + ranges * np.sin(bearing))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Optional
 import numpy as np
 from scipy import ndimage
 
-from yarm.geometry import BoolArray, FloatArray
+from yarm.geometry import BoolArray, FloatArray, pairs
 from yarm.navigation.grid_map import GridMap
 
 FAR_M = 100.0
@@ -44,11 +44,17 @@ def blocked(occupied: BoolArray, radius_cells: float) -> BoolArray:
     kernel = disc_kernel(radius_cells)
     reach = kernel.shape[0] // 2
     rows, columns = occupied.shape
-    padded = np.zeros((rows + 2 * reach, columns + 2 * reach), bool)
-    padded[reach : reach + rows, reach : reach + columns] = occupied
+    wide = np.zeros((rows + 2 * reach, columns + 2 * reach), bool)
+    wide[reach : reach + rows, reach : reach + columns] = occupied
     touched = np.zeros_like(occupied)
-    for row, column in np.argwhere(kernel):
-        touched |= padded[row : row + rows, column : column + columns]
+    half_widths = kernel.sum(axis=1) // 2  # a row of the kernel is one run of cells about its middle
+    grown = wide[:, reach : reach + columns].copy()
+    for width in range(int(half_widths.max(initial=-1)) + 1):
+        if width:
+            grown |= wide[:, reach - width : reach - width + columns]
+            grown |= wide[:, reach + width : reach + width + columns]
+        for row in np.flatnonzero(kernel.any(axis=1) & (half_widths == width)):
+            touched |= grown[row : row + rows]
     return touched
 
 
@@ -104,8 +110,7 @@ class Room:
         origin = self._map.origin
         c, s = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
         dx, dy = points[:, 0] - origin.x, points[:, 1] - origin.y
-        local: FloatArray = np.stack([c * dx + s * dy, c * dy - s * dx], axis=1)
-        return local
+        return pairs(c * dx + s * dy, c * dy - s * dx)
 
 
 def near(grid_map: GridMap, x: float, y: float, radius_m: float) -> BoolArray:

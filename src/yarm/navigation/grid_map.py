@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Tuple
 
 import numpy as np
 import numpy.typing as npt
 
-from yarm.geometry import BoolArray, FloatArray, IntArray, Pose2
+from yarm.geometry import BoolArray, FloatArray, IntArray, Pose2, pairs
 
 CellArray = npt.NDArray[np.int8]
 UNKNOWN = -1
@@ -68,27 +69,27 @@ class GridMap:
     def cell_of(self, x: float, y: float) -> Tuple[int, int]:
         """Row and column of a point of the map frame, metres; it may lie outside the map."""
         local = self.origin.inverse().compose(Pose2(x, y))
-        return int(np.floor(local.y / self.resolution_m)), int(np.floor(local.x / self.resolution_m))
+        return math.floor(local.y / self.resolution_m), math.floor(local.x / self.resolution_m)
 
     def cells_of(self, points: FloatArray) -> IntArray:
         """(n, 2) rows and columns of points (n, 2) of the map frame, metres; they may lie outside the map."""
         c, s = np.cos(self.origin.yaw_rad), np.sin(self.origin.yaw_rad)
         dx, dy = points[:, 0] - self.origin.x, points[:, 1] - self.origin.y
-        local = np.stack([c * dy - s * dx, c * dx + s * dy], axis=1)
+        local = pairs(c * dy - s * dx, c * dx + s * dy)
         cells: IntArray = np.floor(local / self.resolution_m).astype(np.int64)
         return cells
 
     def centre_of(self, row: int, column: int) -> Tuple[float, float]:
         """Centre x, y of a cell in the map frame, metres."""
-        x, y = self.centres_of(np.array([[row, column]]))[0]
-        return float(x), float(y)
+        c, s = math.cos(self.origin.yaw_rad), math.sin(self.origin.yaw_rad)
+        x, y = (column + 0.5) * self.resolution_m, (row + 0.5) * self.resolution_m
+        return self.origin.x + c * x - s * y, self.origin.y + s * x + c * y
 
     def centres_of(self, cells: IntArray) -> FloatArray:
         """(n, 2) centres x, y of cells (n, 2) of row and column in the map frame, metres."""
         c, s = np.cos(self.origin.yaw_rad), np.sin(self.origin.yaw_rad)
         x, y = (cells[:, 1] + 0.5) * self.resolution_m, (cells[:, 0] + 0.5) * self.resolution_m
-        centres: FloatArray = np.stack([self.origin.x + c * x - s * y, self.origin.y + s * x + c * y], axis=1)
-        return centres
+        return pairs(self.origin.x + c * x - s * y, self.origin.y + s * x + c * y)
 
     def inside(self, row: int, column: int) -> bool:
         """Whether the cell is in the map."""

@@ -15,7 +15,8 @@ from yarm.navigation.grid_map import GridMap
 
 SPARE_M = 0.004
 """Kept beside the disc's radius, so that rounding never makes a way unclear."""
-STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+STEPS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
+"""Rows and columns to the neighbours of a cell, in the order of their numbers."""
 
 
 @dataclass(frozen=True)
@@ -112,28 +113,27 @@ class Ground:
         return blocked(self.grid_map.occupied, max(radius, 0.0))
 
     def _graph_over(self, passable: BoolArray) -> Graph:
-        nodes = np.flatnonzero(passable)
-        number = np.zeros(passable.size, np.int64)
-        number[nodes] = np.arange(len(nodes))
-        number = number.reshape(passable.shape)
-        costs = _ways(passable, number, self.weights, self.grid_map.resolution_m, len(nodes))
-        return Graph(nodes, costs)
+        return Graph(np.flatnonzero(passable), _ways(passable, self.weights, self.grid_map.resolution_m))
 
 
-def _ways(passable: BoolArray, number: IntArray, weight: FloatArray, resolution_m: float, count: int) -> csr_matrix:
-    """Ways between neighbouring cells; a diagonal one needs both cells beside it, so that no corner is cut."""
-    rows, columns = passable.shape
-    starts, ends, costs = [], [], []
-    for dr, dc in STEPS:
-        a = (slice(0, rows - dr), slice(max(0, -dc), columns - max(0, dc)))
-        b = (slice(dr, rows), slice(max(0, dc), columns - max(0, -dc)))
-        both = passable[a] & passable[b]
+def _ways(passable: BoolArray, weight: FloatArray, resolution_m: float) -> csr_matrix:
+    """(n, n) ways between neighbouring cells; a diagonal one needs both cells beside it, so that no corner is cut.
+
+    The neighbours of a cell are taken in the order of their numbers, so the rows of the matrix come out sorted.
+    """
+    columns = passable.shape[1] + 2
+    framed = np.pad(passable, 1).ravel()
+    weights = np.pad(weight, 1).ravel()
+    nodes = np.flatnonzero(framed)
+    number = np.zeros(len(framed), np.int32)
+    number[nodes] = np.arange(len(nodes), dtype=np.int32)
+    offsets = np.array([dr * columns + dc for dr, dc in STEPS])
+    ends = nodes[:, None] + offsets
+    open_ways = framed[ends]
+    for i, (dr, dc) in enumerate(STEPS):
         if dr and dc:
-            beside = (slice(0, rows - dr), slice(max(0, dc), columns - max(0, -dc)))
-            below = (slice(dr, rows), slice(max(0, -dc), columns - max(0, dc)))
-            both &= passable[beside] & passable[below]
-        starts.append(number[a][both])
-        ends.append(number[b][both])
-        costs.append((weight[a][both] + weight[b][both]) * (0.5 * resolution_m * float(np.hypot(dr, dc))))
-    both_ways = (np.concatenate([*starts, *ends]), np.concatenate([*ends, *starts]))
-    return csr_matrix((np.concatenate([*costs, *costs]), both_ways), shape=(count, count))
+            open_ways[:, i] &= open_ways[:, STEPS.index((dr, 0))] & open_ways[:, STEPS.index((0, dc))]
+    lengths = np.array([0.5 * resolution_m * float(np.hypot(dr, dc)) for dr, dc in STEPS])
+    costs = (weights[nodes][:, None] + weights[ends]) * lengths
+    first = np.concatenate([[0], np.cumsum(open_ways.sum(axis=1))]).astype(np.int32)
+    return csr_matrix((costs[open_ways], number[ends[open_ways]], first), shape=(len(nodes), len(nodes)))

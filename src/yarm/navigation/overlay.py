@@ -63,12 +63,11 @@ class Overlay:
         self._places: Dict[Key, _Place] = {}
         self.count = 0
         """How often the set of places has changed."""
+        self._in_order: Tuple[int, List[Key], FloatArray] = (0, [], np.zeros((0, 2)))
 
     def points(self) -> FloatArray:
         """(n, 2) centres of the places, map frame, metres."""
-        keys = np.array(sorted(self._places), dtype=float).reshape(-1, 2)
-        centres: FloatArray = (keys + 0.5) * self._settings.cell_m
-        return centres
+        return self._sorted()[1]
 
     def see(self, pose: Pose2, points: FloatArray, scan: Optional[Scan] = None) -> None:
         """Take in one view of the depth camera.
@@ -125,18 +124,27 @@ class Overlay:
         spread: FloatArray = (self.points()[:, None, :] + grid[None, :, :]).reshape(-1, 2)
         return spread
 
+    def _sorted(self) -> Tuple[List[Key], FloatArray]:
+        """The places in order, and their centres (n, 2); kept until the set of places changes."""
+        if self._in_order[0] != self.count:
+            keys = sorted(self._places)
+            centres = (np.array(keys, dtype=float).reshape(-1, 2) + 0.5) * self._settings.cell_m
+            self._in_order = (self.count, keys, centres)
+        return self._in_order[1], self._in_order[2]
+
     def _key(self, x: float, y: float) -> Key:
         return math.floor(x / self._settings.cell_m), math.floor(y / self._settings.cell_m)
 
     def _give_up(self, pose: Pose2, points: FloatArray, hit: Set[Key], scan: Scan) -> None:
-        keys = sorted(self._places)
+        keys, places = self._sorted()
         camera = pose.compose(scan.sensor)
-        seen_free = self._seen_free(camera, self.points(), _bearing_range(points, scan.sensor), scan)
+        seen_free = self._seen_free(camera, places, _bearing_range(points, scan.sensor), scan)
         gone: List[Key] = []
-        for key, free in zip(keys, seen_free):
+        for index in seen_free:
+            key = keys[index]
             place = self._places[key]
             beside = any((key[0] + i, key[1] + j) in hit for i in (-1, 0, 1) for j in (-1, 0, 1))
-            if free and not beside and not place.bumped:
+            if not beside and not place.bumped:
                 place.free += 1
                 if place.free >= place.seen + self._settings.misses:
                     gone.append(key)
@@ -144,20 +152,24 @@ class Overlay:
             del self._places[key]
             self.count += 1
 
-    def _seen_free(self, camera: Pose2, places: FloatArray, taken: FloatArray, scan: Scan) -> List[bool]:
-        """Which places (n, 2) lie in open view: no wall and no low obstacle (bearing, range) before or at them."""
+    def _seen_free(self, camera: Pose2, places: FloatArray, taken: FloatArray, scan: Scan) -> List[int]:
+        """Which of places (n, 2) lie in open view: no wall and no low obstacle (bearing, range) before or at them."""
         s = self._settings
         local = camera.inverse().moved(places)
         distance, bearing = np.hypot(local[:, 0], local[:, 1]), np.arctan2(local[:, 1], local[:, 0])
         free = (distance > s.sure_near_m) & (distance < s.sure_far_m) & (np.abs(bearing) < s.half_view_rad)
-        angles, valid = scan.angles(), scan.valid()
-        for i in np.flatnonzero(free):
+        candidates = np.flatnonzero(free)
+        if len(candidates) == 0:
+            return []
+        angles, valid, found = scan.angles(), scan.valid(), []
+        for i in candidates:
             width = s.cell_m / distance[i]
             beams = (np.abs(angles - bearing[i]) < width) & valid
             through = beams.any() and bool(np.all(scan.ranges[beams] > distance[i] + 2.0 * s.cell_m))
             shadow = (np.abs(taken[:, 0] - bearing[i]) < 2.0 * width) & (taken[:, 1] < distance[i] + s.cell_m)
-            free[i] = through and not shadow.any()
-        return [bool(value) for value in free]
+            if through and not shadow.any():
+                found.append(int(i))
+        return found
 
 
 def _bearing_range(points: FloatArray, sensor: Pose2) -> FloatArray:

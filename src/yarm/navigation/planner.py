@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
@@ -49,6 +49,8 @@ class Field:
         self._cost: FloatArray = np.full(shape, np.inf)
         self._length: FloatArray = np.full(shape, np.inf)
         self._before: IntArray = np.full(shape, -1, np.int64)
+        self._parent: Optional[IntArray] = None
+        self._lead_of: Dict[float, IntArray] = {}
         self._root = self._find_root()
         self._searched = False
 
@@ -88,12 +90,7 @@ class Field:
 
     def first_bearings(self, cells: IntArray, reach_m: float = 0.3) -> FloatArray:
         """(n,) heading, map frame, in which the way to each of cells (n, 2) sets out; NaN for a cell at the start."""
-        parent = self._parents()
-        length = self.length.ravel()
-        jump = np.where(length <= reach_m, np.arange(len(parent)), parent)
-        while not np.array_equal(jump, jump[jump]):
-            jump = jump[jump]
-        lead = self._centres(jump[self._flat(cells)])
+        lead = self._centres(self._leads(reach_m)[self._flat(cells)])
         apart = lead - (self._start.x, self._start.y)
         bearing: FloatArray = np.arctan2(apart[:, 1], apart[:, 0])
         bearing[np.hypot(apart[:, 0], apart[:, 1]) < self.grid_map.resolution_m] = np.nan
@@ -116,12 +113,12 @@ class Field:
         count = int(np.ceil(length / SIGHT_STEP_M)) + 1
         points = a + np.linspace(0.0, 1.0, count)[:, None] * (b - a)
         cells = self.grid_map.cells_of(points)
-        inside = np.all((cells >= 0) & (cells < np.array(self.passable.shape)), axis=1)
-        if not inside.all() or not self._standable[cells[:, 0], cells[:, 1]].all():
+        rows, columns = cells[:, 0], cells[:, 1]
+        if rows.min() < 0 or columns.min() < 0 or not self.grid_map.inside(int(rows.max()), int(columns.max())):
             return False
-        if self._ground.tight[cells[:, 0], cells[:, 1]].any():
+        if not self._standable[rows, columns].all() or self._ground.tight[rows, columns].any():
             return False
-        close = ~self._ground.wide[cells[:, 0], cells[:, 1]]
+        close = ~self._ground.wide[rows, columns]
         return bool(np.all(self._ground.room.distances(points[close]) >= self._settings.clear_m))
 
     def _chain(self, cell: Cell) -> IntArray:
@@ -135,11 +132,26 @@ class Field:
         cells: IntArray = np.stack(np.unravel_index(np.array(chain[::-1]), self.passable.shape), axis=1)
         return cells
 
+    def _leads(self, reach_m: float) -> IntArray:
+        """(cells,) for each flat cell the last one within a reach of the start on the way to it; kept."""
+        if reach_m not in self._lead_of:
+            parent = self._parents()
+            jump = np.where(self.length.ravel() <= reach_m, np.arange(len(parent)), parent)
+            while True:
+                further = jump[jump]
+                if np.array_equal(jump, further):
+                    break
+                jump = further
+            self._lead_of[reach_m] = jump
+        return self._lead_of[reach_m]
+
     def _parents(self) -> IntArray:
+        """(cells,) the flat cell before each on the way from the start; its own where there is none."""
         self._search()
-        before = self._before.ravel()
-        parents: IntArray = np.where(before >= 0, before, np.arange(len(before)))
-        return parents
+        if self._parent is None:
+            before = self._before.ravel()
+            self._parent = np.where(before >= 0, before, np.arange(len(before)))
+        return self._parent
 
     def _flat(self, cells: IntArray) -> IntArray:
         flat: IntArray = cells[:, 0] * self.cost.shape[1] + cells[:, 1]

@@ -44,3 +44,24 @@ def test_the_graph_over_known_ground_is_made_once() -> None:
     ground = Ground(ROOM)
     assert ground.graph(ground.standable) is ground.graph(ground.standable)
     assert ground.graph(ground.standable).costs.shape[0] == int((ground.standable & ~ground.touching).sum())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_graph_joins_the_neighbours_that_cut_no_corner_and_no_others(seed: int) -> None:
+    ground = Ground(cluttered(seed))
+    passable = ground.standable & ~ground.touching
+    graph = ground.graph(ground.standable)
+    rows, columns = passable.shape
+    ways = {}
+    for row, column in np.argwhere(passable):
+        for dr, dc in np.argwhere(np.ones((3, 3), bool)) - 1:
+            beside = [(row + dr, column + dc), (row + dr, column), (row, column + dc)]
+            inside = all(0 <= r < rows and 0 <= c < columns for r, c in beside)
+            if (dr or dc) and inside and all(passable[place] for place in beside):
+                weight = ground.weights[row, column] + ground.weights[row + dr, column + dc]
+                ends = (row * columns + column, (row + dr) * columns + column + dc)
+                ways[ends] = 0.5 * weight * float(np.hypot(dr, dc)) * ground.grid_map.resolution_m
+    costs = graph.costs.tocoo()
+    found = dict(zip(zip(graph.nodes[costs.row], graph.nodes[costs.col]), costs.data))
+    assert len(found) == costs.nnz and found == pytest.approx(ways, abs=1e-12) and ways
+    assert graph.costs.has_sorted_indices

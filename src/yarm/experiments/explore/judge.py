@@ -177,8 +177,13 @@ class Watcher:
 
 def _at(values: BoolArray, cells: IntArray) -> BoolArray:
     """Values at cells (n, 2); False outside."""
-    inside = np.all((cells >= 0) & (cells < np.array(values.shape)), axis=1)
-    found: BoolArray = np.zeros(len(cells), dtype=bool)
+    rows, columns = cells[:, 0], cells[:, 1]
+    inside = (rows >= 0) & (columns >= 0) & (rows < values.shape[0]) & (columns < values.shape[1])
+    found: BoolArray
+    if inside.all():
+        found = values[rows, columns]
+        return found
+    found = np.zeros(len(cells), dtype=bool)
     found[inside] = values[cells[inside, 0], cells[inside, 1]]
     return found
 

@@ -101,7 +101,7 @@ class ExploreRecord:
         events: what the controller told, in order.
         first_seen: when each obstacle was first in the map, s, by name; those never seen are missing.
         behaviours: seconds in each.
-        step_ms: what each pass of the controller took, ms of processor time.
+        step_ms: what passes of the controller took, ms of processor time: all of them, or every so many-th.
         map: at the end; None when there never was one.
         world_from_map: pose of the map frame in the world.
     """

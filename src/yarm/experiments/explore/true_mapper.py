@@ -110,9 +110,9 @@ class TrueMapper:
         ahead, aside = c * dx + s * dy, c * dy - s * dx
         in_fan = self._in_fan(ahead, aside, scan)
         row, column = np.nonzero(in_fan)
-        ahead, aside = ahead[row, column], aside[row, column]
+        ahead, aside = ahead[in_fan], aside[in_fan]
         beam = np.rint((np.arctan2(aside, ahead) - scan.angle_min_rad) / scan.angle_increment_rad).astype(np.int64)
-        beam = np.clip(beam, 0, len(reach) - 1)
+        beam = np.minimum(np.maximum(beam, 0), len(reach) - 1)
         passed = ahead**2 + aside**2 < reach[beam] ** 2
         cells = (row[passed] + rows.start) * self._columns + column[passed] + columns.start
         weights = self._weight(reach)[beam[passed]]

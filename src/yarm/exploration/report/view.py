@@ -149,9 +149,9 @@ class Track:
         moments = self._moments
         if not moments or moments[-1].t_s - moments[0].t_s < self._window_s - 0.15:
             return False
-        told = (all(m.v_mps != 0.0 for m in moments), all(m.w_radps != 0.0 for m in moments))
-        driven, turned = self.done()
-        return (told[0] and driven < path_m) or (not told[0] and told[1] and turned < turn_rad)
+        if all(m.v_mps != 0.0 for m in moments):
+            return self.done()[0] < path_m
+        return all(m.w_radps != 0.0 for m in moments) and self.done()[1] < turn_rad
 
     def done(self) -> Tuple[float, float]:
         """Path, metres, and sum of the changes of heading either way, rad, in the window."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.scans import Scan
 from yarm.robots import turtlebot as robot
-from yarm.sim.kinematic.flat_boxes import FlatBoxes
+from yarm.sim.kinematic.flat_boxes import FlatBoxes, Hits
 from yarm.sim.sensors.noise import FloatImage, NormalPool, axial_sigma
 
 LOW_EVERY = 8
@@ -34,11 +34,11 @@ class DepthSensor:
         self._increment = robot.SCAN_FOV_RAD / (robot.SCAN_BEAMS - 1)
         self._bearings: FloatArray = -0.5 * robot.SCAN_FOV_RAD + self._increment * np.arange(robot.SCAN_BEAMS)
         self._depth_share: FloatArray = np.cos(self._bearings)
+        self._cast_from: Optional[Pose2] = None
 
     def scan(self, base: Pose2, stamp_s: float) -> Scan:
         """The scan from a pose of the base in the world."""
-        sensor = base.compose(robot.DEPTH_CAMERA)
-        hits = self._tall.cast(sensor.x, sensor.y, self._bearings + sensor.yaw_rad)
+        hits = self._walls(base.compose(robot.DEPTH_CAMERA))
         nothing = ~(hits.ranges <= robot.SCAN_RANGE_MAX_M)
         depth = (np.where(nothing, 1.0, hits.ranges) * self._depth_share).astype(np.float32)
         self._frame += 1
@@ -57,6 +57,13 @@ class DepthSensor:
             robot.SCAN_RANGE_MAX_M,
             robot.DEPTH_CAMERA,
         )
+
+    def _walls(self, sensor: Pose2) -> Hits:
+        """What the scan's rays meet; the rays of a place are cast once, for the scan and for what is low."""
+        if self._cast_from != sensor:
+            self._cast_from = sensor
+            self._cast = self._tall.cast(sensor.x, sensor.y, self._bearings + sensor.yaw_rad)
+        return self._cast
 
     def low_view(self, base: Pose2) -> FloatArray:
         """(n, 2) where rays enter low obstacles that the image shows, base frame, metres."""
@@ -88,7 +95,7 @@ class DepthSensor:
         """
         world_bearings = bearings + sensor.yaw_rad
         enter, leave, cosines = low.spans(sensor.x, sensor.y, world_bearings)
-        walls = self._tall.cast(sensor.x, sensor.y, world_bearings).ranges
+        walls = self._walls(sensor).ranges[::LOW_EVERY]
         with np.errstate(invalid="ignore"):
             fall_to_top = (robot.CAMERA_Z_M - low.heights)[:, None]
             fall = fall_to_top / enter

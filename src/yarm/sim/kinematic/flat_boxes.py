@@ -49,8 +49,8 @@ class FlatBoxes:
     def nearest_points(self, x: float, y: float) -> FloatArray:
         """(n, 2) the point of each box that is nearest to a point, metres; the point itself where it is inside."""
         dx, dy = x - self._centre[:, 0], y - self._centre[:, 1]
-        along = np.clip(self._cos * dx + self._sin * dy, -self._half[:, 0], self._half[:, 0])
-        across = np.clip(self._cos * dy - self._sin * dx, -self._half[:, 1], self._half[:, 1])
+        along = _held(self._cos * dx + self._sin * dy, self._half[:, 0])
+        across = _held(self._cos * dy - self._sin * dx, self._half[:, 1])
         points: FloatArray = np.empty((len(self), 2))
         points[:, 0] = self._centre[:, 0] + self._cos * along - self._sin * across
         points[:, 1] = self._centre[:, 1] + self._sin * along + self._cos * across
@@ -178,3 +178,9 @@ class FlatBoxes:
         outside = np.cos(half_fan) * aside - np.sin(half_fan) * ahead
         facing: IntArray = boxes[(outside <= circle) & (ahead >= -circle)]
         return facing
+
+
+def _held(values: FloatArray, most: FloatArray) -> FloatArray:
+    """Values held between -most and most; np.clip does the same, three times as slowly for the few boxes of a room."""
+    held: FloatArray = np.minimum(np.maximum(values, -most), most)
+    return held

@@ -27,7 +27,7 @@ def axial_sigma(depth_m: FloatImage, incidence_cos: FloatImage) -> FloatImage:
         incidence_cos: cosine of the angle between the ray and the surface's normal, same shape.
     """
     sigma = 0.0012 + 0.0019 * (depth_m - 0.4) ** 2
-    theta = np.minimum(np.arccos(np.clip(np.abs(incidence_cos), 0.0, 1.0)), STEEPEST_RAD)
+    theta = np.minimum(np.arccos(np.minimum(np.abs(incidence_cos), 1.0)), STEEPEST_RAD)
     grazing = 0.0001 / np.sqrt(np.maximum(depth_m, 0.1)) * theta**2 / (0.5 * math.pi - theta) ** 2
     result: FloatImage = (sigma + np.where(theta > GRAZING_RAD, grazing, 0.0)).astype(np.float32)
     return result
