@@ -25,6 +25,7 @@ from yarm.srv import StateChange
 from yarm.control.sander.states import SanderState
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
+from yarm.ros.common.status_age import STALE_S, silence
 
 FIRST, SECOND = "hc10_barc", "hc10_barc_2"
 AREAS = {FIRST: "SPACE=SWITCH/AREA=1,19,28,43,0,10", SECOND: "SPACE=SWITCH/AREA=30,48,6,21,0,10"}
@@ -93,7 +94,9 @@ class TwoArmsTest(unittest.TestCase):
         none = {"next_state": False, "current_state": False, "previous_state": False, "jump_state": 0}
         answer = self.service(**{**none, **fields})
         self.assertTrue(answer.success, answer.message)
-        self.wait(lambda: self.status.state == state, f"state {state}")
+        self.wait(
+            lambda: not silence(self.status, rospy.get_time(), STALE_S) and self.status.state == state, f"state {state}"
+        )
 
     def sands(self, arm: str) -> bool:
         heard = self.sander[arm][-1]

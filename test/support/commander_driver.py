@@ -16,6 +16,7 @@ from yarm.msg import CommanderStatus, Contacts
 from yarm.srv import SpawnObstacles, StateChange, StateChangeRequest, StateChangeResponse
 
 from yarm.ros.common import names
+from yarm.ros.common.status_age import STALE_S, silence
 
 
 class CommanderDriver(unittest.TestCase):
@@ -83,11 +84,15 @@ class CommanderDriver(unittest.TestCase):
             type(self).was_busy = False
         return self.change(StateChangeRequest(**fields))
 
+    def said(self, condition: Callable[[CommanderStatus], bool]) -> Callable[[], bool]:
+        """Whether the Commander says so now: what it said too long ago, and is latched, does not count."""
+        return lambda: not silence(self.status, rospy.get_time(), STALE_S) and condition(self.status)
+
     def enter(self, state: int, **fields: Any) -> None:
         """Ask for a state and wait until it is there."""
         answer = self.ask(**fields)
         self.assertTrue(answer.success, answer.message)
-        self.wait(lambda: self.status.state == state, f"state {state}")
+        self.wait(self.said(lambda status: status.state == state), f"state {state}")
 
     def begin_mission(self) -> None:
         """BOUNDLESS and at work, from whatever state without work allows it."""
@@ -98,7 +103,7 @@ class CommanderDriver(unittest.TestCase):
 
     def ended(self, outcome: str = "succeeded") -> None:
         """The state's work comes to its end, and this one."""
-        self.wait(lambda: not self.status.busy and self.status.outcome != "", "end of the work")
+        self.wait(self.said(lambda status: not status.busy and status.outcome != ""), "end of the work")
         self.assertEqual(self.status.outcome, outcome, self.status)
 
     def cli(self, *arguments: str, timeout_s: float) -> Tuple[int, str]:

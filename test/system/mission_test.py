@@ -16,6 +16,7 @@ from yarm.srv import StateChange
 from yarm.control.sander.states import SanderState
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
+from yarm.ros.common.status_age import STALE_S, silence
 
 ARM = "hc10_barc"
 EXPECTED = {
@@ -44,6 +45,10 @@ class Heard:
         rospy.Subscriber(names.sander_status(ARM), SanderStatus, self._on_sander, queue_size=1000)
         rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10)
         rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=100)
+
+    def fresh(self):
+        """Whether the status is news of the Commander, and not what a dead one has left."""
+        return not silence(self.status, rospy.get_time(), STALE_S)
 
     def _on_status(self, message):
         with self.condition:
@@ -97,10 +102,10 @@ class MissionTest(unittest.TestCase):
             **{"next_state": False, "current_state": False, "previous_state": False, "jump_state": 0, **fields}
         )
         self.assertTrue(answer.success, answer.message)
-        self.wait(lambda: self.heard.status.state == state, f"state {state}")
+        self.wait(lambda: self.heard.fresh() and self.heard.status.state == state, f"state {state}")
 
     def idle(self, what):
-        self.wait(lambda: not self.heard.status.busy and self.heard.status.outcome, what)
+        self.wait(lambda: self.heard.fresh() and not self.heard.status.busy and self.heard.status.outcome, what)
         self.assertEqual(self.heard.status.outcome, "succeeded", self.heard.status)
 
     def test_mission(self):

@@ -27,16 +27,13 @@ from yarm.msg import CommanderStatus, ObjectRegistry
 from yarm.ros.commander.reports import task_text
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
+from yarm.ros.common.status_age import LOST_S, STALE_S, silence
 from yarm.srv import StateChange, StateChangeRequest
 
 SUCCEEDED, FAILED, NO_ANSWER, REFUSED = 0, 1, 2, 3
 LINE_PERIOD_S = 1.0
 POLL_S = 0.1
 ASK_AGAIN_S = 1.0
-STALE_S = 3.0
-"""The Commander speaks once a second of simulated time at least; an older status is no news of it, s."""
-LOST_S = 10.0
-"""After so long without a word, s, it is not waited for any longer."""
 FIRST_WORD_S = 10.0
 """``status`` waits this long for a first word, wall time, s."""
 SAME_ENTRY_S = 1e-3
@@ -191,17 +188,6 @@ def entered_since(status: CommanderStatus, before: CommanderStatus) -> bool:
         return float(said.header.stamp.to_sec() - said.elapsed_s)
 
     return bool(status.state != before.state or entered_s(status) > entered_s(before) + SAME_ENTRY_S)
-
-
-def silence(status: CommanderStatus, now_s: float, limit_s: float) -> str:
-    """Who is silent and for how long, when a status is older than a limit, s, at a simulated time; else empty."""
-    age_s = now_s - status.header.stamp.to_sec()
-    if age_s <= limit_s:
-        return ""
-    return (
-        f"nothing heard from {names.COMMANDER_NODE} for {age_s:.1f} s: "
-        f"what {names.COMMANDER_STATUS} shows is that old; is it running?"
-    )
 
 
 def line_of(status: CommanderStatus, raster: Dict[str, float]) -> str:

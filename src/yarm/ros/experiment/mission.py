@@ -12,6 +12,7 @@ from yarm.commander.activity import Ending
 from yarm.experiments.run.writers import CUT_SHORT
 from yarm.msg import CommanderStatus
 from yarm.ros.common import names
+from yarm.ros.common.status_age import LOST_S, silence
 from yarm.ros.experiment.inputs import ExperimentInputs
 from yarm.ros.experiment.lock_step import LockStep
 from yarm.ros.experiment.params import ExperimentParams
@@ -226,9 +227,18 @@ class MissionDriver:
             now_s = self.now_s()
             if now_s > moved_s:
                 moved_s, moved_wall = now_s, time.monotonic()
+            silent = self._silence(now_s)
+            if silent:
+                raise MissionError(f"{what}: {silent}")
             if now_s - began_s > limit_s:
                 raise MissionError(f"{what} did not end within {limit_s:.0f} s of simulated time")
             if time.monotonic() - moved_wall > self._params.stall_limit_s:
                 raise MissionError(
                     f"{what}: simulated time has stood still at {now_s:.2f} s for {self._params.stall_limit_s:.0f} s"
                 )
+
+    def _silence(self, now_s: float) -> str:
+        """Why the Commander counts as lost; empty when it does not. In lock-step time itself waits for it."""
+        with self._inputs.lock:
+            status = self._inputs.state.status
+        return "" if status is None or self._lock_step is not None else silence(status, now_s, LOST_S)

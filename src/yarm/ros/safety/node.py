@@ -7,7 +7,7 @@ by ``/tf``, 30 times a second of simulated time.
 from __future__ import annotations
 
 import threading
-from typing import Dict, List, Optional, Set, Tuple
+from typing import Dict, List, Mapping, Optional, Set, Tuple
 
 import numpy as np
 import rospy
@@ -37,6 +37,7 @@ from yarm.ros.common.conversions import MapSubscriber, matrix_of_transform
 from yarm.ros.common.params import load_params
 from yarm.ros.common.solids import solids_of
 from yarm.ros.common.start import init_node
+from yarm.ros.common.status_age import STALE_S, silence
 from yarm.safety.clearance import Body, column_boxes
 from yarm.safety.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
 from yarm.safety.movers import Movers
@@ -101,7 +102,7 @@ class SafetyMonitor:
         self._robots: Dict[str, RobotWatch] = {}
         self._frames: Dict[str, FloatArray] = {}
         self._stamps_s: Dict[str, float] = {}
-        self._allowed: Dict[str, Set[str]] = {}
+        self._commander = CommanderStatus()
         self._looked_s = -1.0
         self._blame = ""
         self._status = rospy.Publisher(names.SAFETY_STATUS, SafetyStatus, queue_size=10)
@@ -130,7 +131,7 @@ class SafetyMonitor:
                 self._robots[name] = RobotWatch(name)
 
     def _on_commander(self, message: CommanderStatus) -> None:
-        self._allowed = own_goals([(task.robot, task.goal) for task in message.tasks if task.robot])
+        self._commander = message
 
     def _on_clock_reset(self) -> None:
         with self._lock:
@@ -179,7 +180,8 @@ class SafetyMonitor:
     def _look(self, now_s: float) -> None:
         robots = {name: seen for name, seen in ((n, self._see(n, now_s)) for n in self._robots) if seen is not None}
         everything = self._bodies(now_s)
-        bodies = {name: bodies_for(name, everything, self._allowed.get(name, set())) for name in robots}
+        allowed = self._own_goals(now_s)
+        bodies = {name: bodies_for(name, everything, allowed.get(name, set())) for name in robots}
         verdicts = self._monitor.look(now_s, robots, bodies)
         for name, verdict in verdicts.items():
             if verdict.held:
@@ -188,6 +190,13 @@ class SafetyMonitor:
                 self._blame = verdict.reason
                 rospy.logwarn("stopped: %s", verdict.reason)
         self._report(now_s, verdicts)
+
+    def _own_goals(self, now_s: float) -> Mapping[str, Set[str]]:
+        """What each robot may touch: its goal, unless the Commander that gave it has not been heard of for STALE_S."""
+        status = self._commander
+        if silence(status, now_s, STALE_S):
+            return {}
+        return own_goals([(task.robot, task.goal) for task in status.tasks if task.robot])
 
     def _see(self, name: str, now_s: float) -> Optional[Seen]:
         robot, entry = self._robots[name], self._entries[name]

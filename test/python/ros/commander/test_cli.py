@@ -9,7 +9,8 @@ import rospy
 from yarm.msg import CommanderStatus
 
 from yarm.commander.states import TABLE, State, Trigger, find
-from yarm.ros.commander.cli import FIRST_WORD_S, LOST_S, STALE_S, Session, parser, run_mode, silence
+from yarm.ros.commander.cli import FIRST_WORD_S, Session, parser, run_mode
+from yarm.ros.common.status_age import LOST_S, STALE_S, silence
 
 
 def status_of(stamp_s):
