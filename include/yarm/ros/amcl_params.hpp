@@ -8,7 +8,7 @@
 
 namespace yarm {
 
-// AMCL's parameters that steer its particle filter: taken, checked for their type, and without effect.
+/// AMCL's parameters that steer its particle filter: taken, checked for their type, and without effect.
 struct AmclFilterParams {
   bool use_map_topic = true, do_beamskip = false, selective_resampling = false;
   int min_particles = 100, resample_interval = 2;
@@ -20,6 +20,7 @@ struct AmclFilterParams {
   double recovery_alpha_slow = 0.0, recovery_alpha_fast = 0.0, save_pose_rate = 0.5;
   double beam_skip_distance = 0.5, beam_skip_threshold = 0.3, beam_skip_error_threshold = 0.9;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     const Range any;
@@ -52,10 +53,13 @@ struct AmclFilterParams {
     visit("beam_skip_threshold", p.beam_skip_threshold, "", any, kUnused);
     visit("beam_skip_error_threshold", p.beam_skip_error_threshold, "", any, kUnused);
   }
+  /// What is said of each of them.
   static constexpr char kUnused[] = "AMCL's particle filter; without effect here";
 };
 
+/// Parameters of node amcl.
 struct AmclParams {
+  /// Name of the node.
   static constexpr char kNode[] = "amcl";
 
   std::string base_frame_id = "base_footprint";
@@ -76,6 +80,7 @@ struct AmclParams {
   slam::LocaliserParams localiser;
   AmclFilterParams unused;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     describeNode(p, visit);

@@ -18,9 +18,11 @@
 
 namespace yarm {
 
+/// A ROS time in nanoseconds.
 inline perception::StampNs toNs(const ros::Time& time) {
   return static_cast<perception::StampNs>(time.toNSec());
 }
+/// Nanoseconds as a ROS time; 0 for negative ones.
 ros::Time toTime(perception::StampNs stamp_ns);
 
 /// What a reader made of a message: value counts only when reason is empty.
@@ -49,8 +51,10 @@ void fillVoxels(const perception::MergedSet& set, sensor_msgs::PointCloud2& mess
 /// The clusters, largest first.
 void fillClusters(const perception::MergedSet& set, yarm::CloudVector& message);
 
+/// The objects of a set with their points, and the grid they are to be binned into.
 void fillAssociated(const perception::AssociatedSet& set, const perception::GridSpec& grid,
                     yarm::AssociatedClusterVector& message);
+/// The same read back into `set` and `grid`; everything that makes no sense is named in the reason.
 Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
                           perception::GridSpec& grid);
 
@@ -61,7 +65,9 @@ Read<perception::Knowledge> readRegistry(const yarm::ObjectRegistry& message);
 
 /// Poses; a reason is given for numbers that are not finite and for quaternions of length zero.
 Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose);
+/// A transform, as readPose reads poses.
 Read<Eigen::Isometry3d> readTransform(const geometry_msgs::Transform& transform);
+/// A pose as a transform, its quaternion of length one.
 void fillTransform(const Eigen::Isometry3d& pose, geometry_msgs::Transform& transform);
 
 }  // namespace yarm

@@ -23,6 +23,7 @@ class PolledNode {
   virtual bool waiting() const = 0;
 };
 
+/// One thread for all nodes of the process: it runs their callbacks in batches and polls them in between.
 class Executor {
  public:
   /// The process's executor; its thread starts with the first node.

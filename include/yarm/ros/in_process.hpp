@@ -9,6 +9,7 @@ namespace yarm {
 
 /// Says that this process reads a topic by its side object (see side_object.hpp). `topic` is a resolved name.
 void addInProcessReader(const std::string& topic);
+/// Takes that back.
 void removeInProcessReader(const std::string& topic);
 
 /// Whether anybody but this process's own reader listens; roscpp counts all readers of a process as one subscriber.

@@ -28,7 +28,9 @@ std::optional<slam::Pose2> pose2Of(const geometry_msgs::Pose& message, std::stri
 /// The planar part of a pose with its covariance; or nothing, with the reason.
 std::optional<slam::PoseBelief> beliefOf(const geometry_msgs::PoseWithCovariance& message, std::string* reason);
 
+/// A planar pose as a message, at height 0.
 geometry_msgs::Pose poseMessage(const slam::Pose2& pose);
+/// The same with the covariance of x, y and heading.
 geometry_msgs::PoseWithCovariance beliefMessage(const slam::PoseBelief& belief);
 
 }  // namespace yarm

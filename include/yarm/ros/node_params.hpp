@@ -22,7 +22,9 @@ inline std::vector<std::string> cameraNames(std::string (*name)(int)) {
 }
 }  // namespace detail
 
+/// Parameters of node merge_clouds.
 struct MergeCloudsParams {
+  /// Name of the node.
   static constexpr char kNode[] = "merge_clouds";
   std::string backend = "fused";
   std::vector<std::string> camera_topics = detail::cameraNames(names::cameraPoints);
@@ -38,6 +40,7 @@ struct MergeCloudsParams {
   double noise_slope = merge.noise.slope;
   double noise_offset = merge.noise.offset;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     visit("backend", p.backend, "", Choices{{"fused", "pcl"}}, "one pass over the points, or PCL's filters in a chain");
@@ -93,7 +96,9 @@ struct MergeCloudsParams {
   }
 };
 
+/// Parameters of node cluster_assoc.
 struct ClusterAssocParams {
+  /// Name of the node.
   static constexpr char kNode[] = "cluster_assoc";
   std::string backend = "fused";
   std::string association = "yarm";
@@ -104,6 +109,7 @@ struct ClusterAssocParams {
   perception::AssociationParams assoc;
   perception::CameraWatchParams watch;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     visit("backend", p.backend, "", Choices{{"fused", "pcl"}},
@@ -152,11 +158,14 @@ struct ClusterAssocParams {
   }
 };
 
+/// Parameters of node database.
 struct DatabaseParams {
+  /// Name of the node.
   static constexpr char kNode[] = "database";
   double marker_rate = 5.0;
   double point_radius = 0.025;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     visit("marker_rate", p.marker_rate, "Hz", Range{0.1, 60.0},

@@ -27,6 +27,7 @@
 
 namespace yarm {
 
+/// Parameters that cannot be used; the message names every one, its value and what is allowed.
 struct ParamError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -37,6 +38,7 @@ struct Range {
   double high = std::numeric_limits<double>::infinity();
 };
 
+/// Allowed texts.
 struct Choices {
   std::vector<std::string> allowed;  ///< empty: any text
 };
@@ -99,6 +101,7 @@ class ParamReader {
     }
   }
 
+  /// Notes as faults what was given and not asked for.
   void noteUnknown() {
     for (auto& entry : values_) {
       if (known_.count(entry.first) == 0) {
@@ -107,6 +110,7 @@ class ParamReader {
     }
   }
 
+  /// Every fault, separated by "; "; empty when all is well.
   const std::string& faults() const { return faults_; }
 
  private:
@@ -213,6 +217,7 @@ Params loadParams(const ros::NodeHandle& handle) {
   return readParams<Params>(values, handle.getNamespace());
 }
 
+/// Writes a node's parameters as rows for docs/parameters.md, with their defaults.
 template <class Params>
 void printParams(std::ostream& out) {
   const Params params;

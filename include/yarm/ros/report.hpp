@@ -27,15 +27,17 @@ class ThrottledWarning {
 /// Collects faults and values between two messages on /diagnostics.
 class HealthReport {
  public:
-  // name: of the status; part: of the system it belongs to.
+  /// name: of the status; part: of the system it belongs to.
   HealthReport(const ros::NodeHandle& handle, const std::string& name, const std::string& part = "perception");
 
   /// Whether a second of wall time has passed since the last message.
   bool due() const;
 
+  /// A fault that the node goes on with.
   void warn(const std::string& fault) { faults_.push_back(fault); }
   /// A fault that the node cannot go on with.
   void error(const std::string& fault);
+  /// A figure to show, in every message or not.
   void value(const std::string& key, const std::string& value);
   void value(const std::string& key, double value);
 

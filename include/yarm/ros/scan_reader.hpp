@@ -18,9 +18,10 @@
 
 namespace yarm {
 
+/// Between which frames scans are placed, and how long they may wait for it.
 struct ScanReaderParams {
-  std::string base_frame;
-  std::string odom_frame;
+  std::string base_frame;                                       ///< the robot's
+  std::string odom_frame;                                       ///< odometry's
   double tf_wait = 0.3;                                         ///< s of wall time that a scan waits for its transforms
   double least_range = 0.0;                                     ///< m: shorter ranges count as nothing seen
   double most_range = std::numeric_limits<double>::infinity();  ///< m: and so do longer ones
@@ -39,6 +40,7 @@ class ScanReader {
   /// `handle` gives the callback queue of the transforms.
   ScanReader(const ros::NodeHandle& handle, const ScanReaderParams& params);
 
+  /// Takes a scan in; it waits for its transforms.
   void push(const sensor_msgs::LaserScanConstPtr& message);
   /// The next scan in the order of arrival, with its transforms or with the fault that they did not come in time;
   /// nothing while the next must still wait.

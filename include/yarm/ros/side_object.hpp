@@ -17,6 +17,7 @@ struct SideDeleter {
 };
 }  // namespace detail
 
+/// A message with the object that is to travel with it.
 template <class Message, class Side>
 boost::shared_ptr<Message> withSide(std::unique_ptr<Message> message, boost::shared_ptr<Side> side) {
   return boost::shared_ptr<Message>(message.release(), detail::SideDeleter<Message, Side>{std::move(side)});

@@ -8,7 +8,7 @@
 
 namespace yarm {
 
-// gmapping's parameters that steer its particle filter: taken, checked for their type, and without effect.
+/// gmapping's parameters that steer its particle filter: taken, checked for their type, and without effect.
 struct ParticleFilterParams {
   int particles = 30;
   double minimum_score = 0.0, sigma = 0.05, lsigma = 0.075, ogain = 3.0, lstep = 0.05, astep = 0.05;
@@ -16,6 +16,7 @@ struct ParticleFilterParams {
   double srr = 0.1, srt = 0.2, str = 0.1, stt = 0.2, resample_threshold = 0.5;
   double llsamplerange = 0.01, llsamplestep = 0.01, lasamplerange = 0.005, lasamplestep = 0.005;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     const Range any;
@@ -39,10 +40,13 @@ struct ParticleFilterParams {
     visit("lasamplerange", p.lasamplerange, "", any, kUnused);
     visit("lasamplestep", p.lasamplestep, "", any, kUnused);
   }
+  /// What is said of each of them.
   static constexpr char kUnused[] = "gmapping's particle filter; without effect here";
 };
 
+/// Parameters of node slam_gmapping.
 struct SlamGmappingParams {
+  /// Name of the node.
   static constexpr char kNode[] = "slam_gmapping";
 
   std::string base_frame = "base_footprint";
@@ -58,6 +62,7 @@ struct SlamGmappingParams {
   slam::Params slam = nodeDefaults();
   ParticleFilterParams unused;
 
+  /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
   static void describe(Self& p, Visitor& visit) {
     describeNode(p, visit);
@@ -68,6 +73,7 @@ struct SlamGmappingParams {
   }
 
  private:
+  /// The library's defaults, but for a node: work beside the callbacks, and a map that begins small and grows.
   static slam::Params nodeDefaults() {
     slam::Params params;
     params.sync = false;

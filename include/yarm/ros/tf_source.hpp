@@ -15,6 +15,7 @@
 
 namespace yarm {
 
+/// The transforms of the process: one listener for all nodes. Thread-safe.
 class TfSource {
  public:
   /// The process's source; made with the first owner, gone with the last.

@@ -12,14 +12,16 @@
 
 namespace yarm {
 
+/// How well seeds belong to a stamp.
 enum class SeedMatch {
   exact,   ///< measured at, or interpolated to, the stamp
   newest,  ///< the buffer ends before the stamp: the newest seeds as they are
   none,    ///< no seeds at all
 };
 
+/// The seeds for a stamp.
 struct SeedLookup {
-  SeedMatch match = SeedMatch::none;
+  SeedMatch match = SeedMatch::none;    ///< how well they belong to it
   std::vector<perception::Seed> seeds;  ///< the objects that existed at the stamp
   std::int64_t lag_ns = 0;              ///< how far the newest seeds lie before the stamp; 0 when matched
 };
