@@ -22,6 +22,10 @@ ROBOT_TYPES = ("ankurbot",)
 ARM_TYPES = ("hc10",)
 MOST_ROBOTS = 20
 """Mobile robots in a scene; the floor of the volume holds no more."""
+MOST_ARMS = 8
+"""Manipulators; each has a table, a stand and limits of its own."""
+MOST_MODEL_BYTES = 100_000
+"""Largest description of a thing, bytes."""
 MOST_THINGS = 100
 """Debris, targets or obstacles in a scene, of each kind."""
 
@@ -137,7 +141,7 @@ def scene_from(raw: object, file: str) -> Scene:
         about=top.text("about", "-"),
         fixtures=_fixtures(top),
         robots=tuple(_robot(f) for f in top.entries("robots", MOST_ROBOTS)),
-        arms=tuple(_arm(f) for f in top.entries("manipulators")),
+        arms=tuple(_arm(f) for f in top.entries("manipulators", MOST_ARMS)),
         things=tuple(things),
         events=read_events(top, faults, spawn_reader=_spawned),
         vary=read_vary(top.section("vary")) if top.has("vary") else None,
@@ -150,8 +154,9 @@ def scene_from(raw: object, file: str) -> Scene:
 
 def _fixtures(top: Fields) -> Tuple[str, ...]:
     value = top.value("fixtures", "a list", list(STATION_FIXTURES))
-    if not isinstance(value, list) or any(item not in STATION_FIXTURES for item in value):
-        top.faults.add("fixtures", value, f"a list of {', '.join(STATION_FIXTURES)}")
+    known = isinstance(value, list) and all(item in STATION_FIXTURES for item in value)
+    if not known or len(set(value)) < len(value):
+        top.faults.add("fixtures", value, f"a list of {', '.join(STATION_FIXTURES)}, each once at most")
         return ()
     return tuple(value)
 
@@ -236,6 +241,9 @@ def _model(fields: Fields) -> str:
     file = Path(fields.faults.file).resolve().parent / name
     if name and not file.is_file():
         fields.faults.add(fields.path("model"), name, f"a URDF or xacro file beside the scene; there is no {file}")
+    elif name and file.stat().st_size > MOST_MODEL_BYTES:
+        size = f"a description of at most {MOST_MODEL_BYTES} bytes, not {file.stat().st_size}"
+        fields.faults.add(fields.path("model"), name, size)
     return str(file)
 
 

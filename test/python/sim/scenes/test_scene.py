@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from yarm.sim.engine.things import SpawnError
 from yarm.sim.engine.world import SimWorld
-from yarm.sim.scenes.scene import SceneError, load_scene, scene_from, shipped_scenes
+from yarm.sim.scenes.scene import MOST_MODEL_BYTES, SceneError, load_scene, scene_from, shipped_scenes
 
 GOOD: Dict[str, Any] = {
     "name": "test",
@@ -69,6 +69,8 @@ def test_a_good_scene_is_read_in_full() -> None:
         (changed("name", value=KeyError), ["name", "missing"]),
         (changed("seed", value=-1), ["seed", "-1", "whole number"]),
         (changed("fixtures", value=["table", "sofa"]), ["fixtures", "sofa", "table, stand"]),
+        (changed("fixtures", value=["table", "stand", "table"]), ["fixtures", "each once"]),
+        (changed("manipulators", value=[GOOD["manipulators"][0]] * 9), ["manipulators", "9 entries", "at most 8"]),
         (changed("fixtures", value=["table"]), ["manipulators", "stand"]),
         (changed("manipulators", 0, "name", value="arm"), ["manipulators[0].name", "'arm'", "begins with hc10_barc"]),
         (changed("manipulators", 0, "station", value={"x": 9}), ["manipulators[0].station.x", "9", "-2.5 to 2.5"]),
@@ -208,6 +210,12 @@ def test_a_model_that_is_not_there_is_named_with_where_it_was_looked_for(tmp_pat
     scene = drawn(tmp_path, "obstacles")
     (tmp_path / "drum.urdf").unlink()
     with pytest.raises(SceneError, match=r"obstacles\[0\].model = 'drum.urdf': expected .* there is no .*drum.urdf"):
+        scene_from(scene, str(tmp_path / "scene.yaml"))
+
+
+def test_a_model_has_a_greatest_size(tmp_path: Path) -> None:
+    scene = drawn(tmp_path, "obstacles", CYLINDER.format(more=" " * MOST_MODEL_BYTES))
+    with pytest.raises(SceneError, match=r"obstacles\[0\].model = 'drum.urdf': .*at most 100000 bytes, not 100\d\d\d"):
         scene_from(scene, str(tmp_path / "scene.yaml"))
 
 
