@@ -12,6 +12,8 @@ import pytest
 import yaml
 
 from support.launched import ROOT, LaunchedTestError, run
+from yarm.experiments.inspect.writers import REPORT_FILES
+from yarm.inspection.model import OURS, PRINTED, REPORT
 
 LIMIT_S = 600.0
 LAYOUT = Path(__file__).with_name("inspected_room.yaml")
@@ -28,10 +30,15 @@ CALL = [
 ]
 
 
+def folder_of(results: Path, controller: str = OURS) -> Path:
+    """Of a run's results."""
+    return results / "inspect" / "inspected_room" / controller / "1"
+
+
 def inspect(results: Path, name: str, *more: str) -> Tuple[Path, str]:
-    """One run; its folder and what it printed."""
+    """One run of ours; its folder and what it printed."""
     output = run([*CALL, *more, "--results", str(results)], name, LIMIT_S)
-    return results / "inspect" / "inspected_room" / "yarm" / "1", output
+    return folder_of(results), output
 
 
 def test_it_reads_four_of_four_and_is_home(tmp_path: Path) -> None:
@@ -56,7 +63,7 @@ def test_it_reads_four_of_four_and_is_home(tmp_path: Path) -> None:
 def test_too_little_time_brings_it_home_with_a_reason_for_every_box_that_is_left(tmp_path: Path) -> None:
     with pytest.raises(LaunchedTestError, match="exit code 1"):
         inspect(tmp_path, "inspect_short", "--limit", "45")
-    folder = tmp_path / "inspect" / "inspected_room" / "yarm" / "1"
+    folder = folder_of(tmp_path)
     summary = yaml.safe_load((folder / "summary.yaml").read_text())
     assert summary["success"] is False and summary["kept"] is True and summary["end_s"] <= 45.0
     assert summary["home_m"] < 0.10
@@ -67,3 +74,24 @@ def test_too_little_time_brings_it_home_with_a_reason_for_every_box_that_is_left
     events = (folder / "events.csv").read_text()
     assert all(f",hopeless,box={row['box']} " in events for row in left), events
     assert left and all("time" in row["reason"] for row in left)
+
+
+@pytest.mark.parametrize("controller, header", [(REPORT, "Tag is 0 means blank"), (PRINTED, "boxNumnber: ")])
+def test_the_reports_rounds_end_and_leave_their_files(tmp_path: Path, controller: str, header: str) -> None:
+    """Whether they read every box is their own affair; what they say they have read is in their files."""
+    try:
+        run([*CALL, "--controller", controller, "--results", str(tmp_path)], f"inspect_{controller}", LIMIT_S)
+        ended_well = True
+    except LaunchedTestError as error:
+        assert "exit code 1" in str(error), error
+        ended_well = False
+    folder = folder_of(tmp_path, controller)
+    summary = yaml.safe_load((folder / "summary.yaml").read_text())
+    assert summary["success"] is ended_well and summary["controller"] == controller
+    assert summary["stage"] == "done" and len(summary["verdicts"]) == 4 and summary["end_s"] < 480.0
+    assert summary["right"] >= 1 and summary["images"] == 4 * 21
+    texts = {name: (folder / name).read_text() for name in REPORT_FILES}
+    assert texts["changeEngine.txt"].startswith(header)
+    said = sum(line.startswith("boxNumnber: ") for line in texts["changeEngine.txt"].splitlines())
+    assert said + texts["changeEngine.txt"].count("unmatched: ") == 4
+    assert texts["MapText.txt"].count("CONNECTOR") == summary["images"]

@@ -80,7 +80,7 @@ class Executor:
         self._lost_s = self._stood_s = self._looking_s = self._done_s = math.inf
         self._turned_rad = 0.0
         self._odometry_yaw: Optional[float] = None
-        self._images, self._trouble = 0, ""
+        self._images, self._trouble, self._image_s = 0, "", -math.inf
         self._fresh = True
 
     def step(self, seen: Senses, hold: str = "", jump: str = "") -> Action:
@@ -177,6 +177,9 @@ class Executor:
         if picture is None or picture.stamp_s < self._stood_s:
             self._trouble = f"camera: {seen.camera}" if seen.camera else self._trouble
             return self._looked_long(order, seen, cancel, halt)
+        if seen.now_s - self._image_s < order.pause_s:
+            return self._looked_long(order, seen, cancel, halt)
+        self._image_s = seen.now_s
         read = self._reader.read(order.box, Shot(picture.grey, seen.pose, seen.scan, self._goal))
         self._looking_s = min(self._looking_s, seen.now_s)
         self._images, self._trouble = self._images + 1, read.trouble
@@ -192,6 +195,8 @@ class Executor:
         blind = not math.isfinite(self._looking_s) and seen.now_s - self._began_s >= PICTURE_WAIT_S
         if not (late or blind):
             return Action(cancel=cancel, turn_radps=halt)
+        if blind:
+            self._reader.missed(order.box, order.images)
         trouble = self._trouble or (f"no picture in {PICTURE_WAIT_S:g} s" if blind else "")
         return Action(Outcome.DONE, trouble, self._reader.reading(order.box), cancel=cancel, turn_radps=halt)
 

@@ -8,7 +8,8 @@ from typing import Optional, Tuple, Union
 
 from yarm.geometry import Pose2
 
-CONTROLLERS = ("yarm", "report")
+OURS, REPORT, PRINTED = "yarm", "report", "report_printed"
+CONTROLLERS = (OURS, REPORT, PRINTED)
 """Whose rounds can be driven."""
 
 
@@ -62,11 +63,13 @@ class Look:
         box: number of the box.
         images: so many at most.
         limit_s: no longer than this.
+        pause_s: nothing is looked at for so long after an image.
     """
 
     box: int
     images: int
     limit_s: float
+    pause_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ from typing import Dict, List, Mapping, Optional, Protocol, Sequence, Tuple
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.boxes import Box
-from yarm.inspection.model import UNSEEN, Reading
+from yarm.inspection.model import OURS, PRINTED, UNSEEN, Reading
 from yarm.inspection.reading import face_view, predicted_deg, reading_of, stands
 from yarm.tags.evidence import BoxEvidence, TagVerdict
 from yarm.tags.motifs import GreyImage
+from yarm.tags.printed import printed_verdict, row_of
 from yarm.tags.recogniser import Look, Recogniser
 from yarm.tags.report import ReportRecogniser, Sighting
 
@@ -60,6 +61,9 @@ class Reader(Protocol):
     def read(self, box: int, shot: Shot) -> PictureRead:
         """One more picture of a box."""
 
+    def missed(self, box: int, images: int) -> None:
+        """So many pictures of a box did not come."""
+
     def reading(self, box: int) -> Reading:
         """What is known of a box so far."""
 
@@ -84,6 +88,9 @@ class OurReader:
         evidence = self._evidence.setdefault(box, BoxEvidence(box))
         evidence.add(look, shot.robot)
         return PictureRead(box, shot, look, (), evidence.verdict().final, look.reason)
+
+    def missed(self, box: int, images: int) -> None:
+        """No picture, no opinion."""
 
     def reading(self, box: int) -> Reading:
         """What is known of a box so far."""
@@ -111,6 +118,9 @@ class ReportReader:
         self._sightings.setdefault(box, []).extend(seen)
         return PictureRead(box, shot, None, tuple(seen))
 
+    def missed(self, box: int, images: int) -> None:
+        """They count as nothing."""
+
     def reading(self, box: int) -> Reading:
         """The vote over everything seen of a box."""
         sightings = self._sightings.get(box, [])
@@ -121,6 +131,24 @@ class ReportReader:
         return None
 
 
+class PrintedReader(ReportReader):
+    """The printed program's: its vote over whole pictures, in which one that did not come speaks for every tag."""
+
+    def missed(self, box: int, images: int) -> None:
+        """A row for each tag and picture."""
+        for _ in range(images):
+            self._sightings.setdefault(box, []).extend(self._recogniser.look(None, box))
+
+    def reading(self, box: int) -> Reading:
+        """The printed vote, whose tags are numbered from 0; UNSEEN for a box that gets no line."""
+        verdict = printed_verdict([row_of(seen) for seen in self._sightings.get(box, [])])
+        return Reading(UNSEEN) if verdict.tag is None else Reading(verdict.tag + 1, 1.0)
+
+
 def make_reader(controller: str, boxes: Sequence[Box], tags: Mapping[int, GreyImage]) -> Reader:
-    """The reader that goes with a controller: report or yarm."""
-    return OurReader(boxes, Recogniser(tags)) if controller == "yarm" else ReportReader(boxes, ReportRecogniser(tags))
+    """The reader that goes with a controller."""
+    if controller == OURS:
+        return OurReader(boxes, Recogniser(tags))
+    if controller == PRINTED:
+        return PrintedReader(boxes, ReportRecogniser(tags, crop=False))
+    return ReportReader(boxes, ReportRecogniser(tags))

@@ -44,6 +44,7 @@ class ReportRound(RoundFlow):
         gap: Gap,
         params: Optional[ReportRoundParams] = None,
         beside: bool = True,
+        pause_s: float = 0.0,
     ) -> None:
         """Visit these boxes.
 
@@ -53,20 +54,28 @@ class ReportRound(RoundFlow):
             gap: distance from a point to the nearest body.
             params: the report's own unless given.
             beside: whether neighbours and narrow places change the angles that are tried.
+            pause_s: between two images.
         """
         super().__init__(boxes)
         self._plannable = plannable
         self._gap = gap
         self._params = params or ReportRoundParams()
         self._beside = beside
+        self._pause_s = pause_s
+        self._heading_step_rad, self._goal_limit_s = self._params.heading_step, self._params.goal_limit
 
-    def _round(self, seen: Observation) -> WholeFlow:
+    def _localise(self, seen: Observation) -> Flow:
+        """Two turns; home is where it is then, if that is known."""
         for _ in range(LOCALISE_TURNS):
             seen = yield self._say(Spin(2.0 * math.pi, self._params.turn_rate), Stage.LOCALISE)
-        if seen.pose is None:
+        self.home = seen.pose
+        return seen
+
+    def _round(self, seen: Observation) -> WholeFlow:
+        seen = yield from self._localise(seen)
+        if self.home is None:
             yield self._say(Stand(), Stage.FAILED, reason="no pose after the turns; give one and start again")
             return
-        self.home = seen.pose
         views = self._choose(seen)
         for view in self._ordered(views, self.home):
             seen = yield from self._visit(view, seen)
@@ -82,7 +91,7 @@ class ReportRound(RoundFlow):
         for number, box in sorted(self._boxes.items()):
             if number not in ended:
                 self._judge(box, Reading(), seen, why)
-        seen = yield self._say(Drive(self.home, self._params.goal_limit), Stage.HOME)
+        seen = yield self._say(Drive(self.home, self._goal_limit_s), Stage.HOME)
         missed = "" if seen.outcome == Outcome.DONE else f"not home: {seen.reason}"
         yield self._say(Stand(), Stage.FAILED if missed else Stage.DONE, reason=missed)
 
@@ -112,7 +121,7 @@ class ReportRound(RoundFlow):
 
     def _visit(self, view: Viewpoint, seen: Observation) -> Flow:
         for attempt in range(self._params.tries):
-            seen = yield self._say(Drive(view.pose, self._params.goal_limit), Stage.DRIVE, view.box)
+            seen = yield self._say(Drive(view.pose, self._goal_limit_s), Stage.DRIVE, view.box)
             if seen.outcome == Outcome.DONE:
                 seen = yield from self._look(view, seen)
                 return seen
@@ -126,10 +135,10 @@ class ReportRound(RoundFlow):
     def _look(self, view: Viewpoint, seen: Observation) -> Flow:
         """Three headings in place, each a goal of its own; where the goal ends, it looks."""
         reading = Reading()
-        for turn in (self._params.heading_step, 0.0, -self._params.heading_step):
+        for turn in (self._heading_step_rad, 0.0, -self._heading_step_rad):
             goal = Pose2(view.pose.x, view.pose.y, view.pose.yaw_rad + turn)
-            seen = yield self._say(Drive(goal, self._params.goal_limit), Stage.DRIVE, view.box)
-            look = Look(view.box, self._params.images, self._params.look_limit)
+            seen = yield self._say(Drive(goal, self._goal_limit_s), Stage.DRIVE, view.box)
+            look = Look(view.box, self._params.images, self._params.look_limit, self._pause_s)
             seen = yield self._say(look, Stage.LOOK, view.box)
             reading = seen.reading or reading
         self._judge(self._boxes[view.box], reading, seen, "" if reading.tag >= 0 else "no tag had enough votes")

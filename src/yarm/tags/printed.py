@@ -73,6 +73,15 @@ def is_kept(row: Row) -> bool:
     return bool(row[STATUS] == -70.0)
 
 
+def printed_rejection(sighting: Sighting) -> str:
+    """Why a sighting is no vote; empty when it is one."""
+    row = row_of(sighting)
+    if is_kept(row):
+        return ""
+    few = row[STATUS] == UNSET and row[GOOD] <= LEAST_GOOD_PRINTED
+    return f"{LEAST_GOOD_PRINTED} good matches or fewer" if few else sighting.rejection
+
+
 def map_text(images: Sequence[Sequence[Row]]) -> str:
     """``MapText.txt``: a line of 25 numbers for each row of an image that is kept, and CONNECTOR after each image."""
     lines = []

@@ -27,10 +27,14 @@ class CountingReader:
     def __init__(self, needed: int) -> None:
         self.needed = needed
         self.poses: List[Pose2] = []
+        self.without: List[int] = []
 
     def read(self, box: int, shot: Shot) -> PictureRead:
         self.poses.append(shot.robot)
         return PictureRead(box, shot, final=len(self.poses) >= self.needed)
+
+    def missed(self, box: int, images: int) -> None:
+        self.without.append(images)
 
     def reading(self, box: int) -> Reading:
         return Reading(7, 0.9999) if len(self.poses) >= self.needed else Reading()

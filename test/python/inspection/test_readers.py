@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from yarm.experiments.inspect.eyes import Camera, boxes_of
 from yarm.geometry import Pose2
-from yarm.inspection.model import UNSEEN
+from yarm.inspection.model import BLANK, OURS, PRINTED, REPORT, UNSEEN
 from yarm.inspection.readers import OurReader, ReportReader, Shot, make_reader
 from yarm.sim.checks.layout_check import sights
 from yarm.sim.scenes.layout_maker import make_layout
@@ -40,3 +40,15 @@ def test_the_report_is_never_final() -> None:
     reads = [reader.read(BOX, Shot(camera.picture(PLACE), PLACE)) for _ in range(12)]
     assert not any(read.final for read in reads) and reads[0].look is None and len(reads[0].sightings) == len(TAGS)
     assert reader.reading(BOX).tag == LAYOUT.tags[BOX - 1] and reader.evidence(BOX) is None
+
+
+def test_a_picture_that_did_not_come_speaks_for_every_tag_to_the_printed_program_alone() -> None:
+    for controller, expected in ((PRINTED, UNSEEN), (REPORT, UNSEEN), (OURS, UNSEEN)):
+        reader = make_reader(controller, boxes_of(LAYOUT), TAGS)
+        reader.missed(BOX, 8)
+        assert reader.reading(BOX).tag == expected, controller
+    one = make_reader(PRINTED, boxes_of(LAYOUT), {7: TAGS[7]})
+    one.missed(BOX, 8)
+    assert one.reading(BOX).tag == BLANK, "eight votes for the only tag are fewer than ten in all"
+    one.missed(BOX, 2)
+    assert one.reading(BOX).tag == 7

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import process_time
-from typing import Callable, Dict, List, Mapping, Optional, Sequence
+from typing import Callable, List, Mapping, Optional
 
 import numpy as np
 
@@ -13,17 +13,13 @@ from yarm.geometry import Pose2
 from yarm.geometry.pinhole import BoxSize, level_camera
 from yarm.geometry.scans import Scan
 from yarm.inspection.boxes import Box
-from yarm.inspection.model import BLANK, UNSEEN, Look, Reading
-from yarm.inspection.reading import face_view, predicted_deg, reading_of, stands
+from yarm.inspection.model import BLANK, PRINTED, Look, Reading
+from yarm.inspection.readers import Reader, Shot, make_reader
 from yarm.robots.turtlebot import CAMERA_Z_M, RGB_MOUNT
 from yarm.sim.scenes.layout import WALL_HIGH_M, Layout
 from yarm.sim.sensors.rgb_camera import Imaging, RgbCamera, RgbFrame, Room, TaggedBox
-from yarm.tags.evidence import BoxEvidence
 from yarm.tags.motifs import GreyImage
 from yarm.tags.pictures import BLANKS, blank, shipped_pictures
-from yarm.tags.printed import printed_verdict, row_of
-from yarm.tags.recogniser import Recogniser
-from yarm.tags.report import ReportRecogniser, Sighting
 
 OnLook = Callable[[LookRecord], None]
 """Told of each image that was looked at."""
@@ -90,81 +86,37 @@ class Camera:
         return tags[tag]
 
 
-class OurEyes:
-    """Ours: from where the robot believes to be, until it is sure."""
+class Eyes:
+    """Takes the pictures, has them read, and tells of each."""
 
-    def __init__(self, layout: Layout, camera: Camera, on_look: OnLook) -> None:
-        """Learn the tags."""
-        self._boxes = {box.number: box for box in boxes_of(layout)}
-        self._camera = camera
-        self._on_look = on_look
-        self._recogniser = Recogniser(shipped_pictures())
-        self._evidence: Dict[int, BoxEvidence] = {}
+    def __init__(self, reader: Reader, camera: Camera, on_look: OnLook, printed: bool = False) -> None:
+        """Nothing seen.
+
+        Args:
+            reader: reads the pictures.
+            camera: draws them.
+            on_look: told of each.
+            printed: whether the reader is the printed program's.
+        """
+        self._reader, self._camera, self._on_look, self._printed = reader, camera, on_look, printed
         self.computing_s = 0.0
 
     def look(self, order: Look, moment: Moment) -> Optional[Reading]:
-        """One more image of the box; a reading once it is final."""
-        box = self._boxes[order.box]
+        """One more image of the box; a reading once that is enough."""
         picture = self._camera.picture(moment.true)
         began = process_time()
-        evidence = self._evidence.setdefault(order.box, BoxEvidence(order.box))
-        there = stands(moment.scan, moment.believed, box)
-        view = face_view(moment.believed, box, list(self._boxes.values()), there)
-        look = self._recogniser.look(picture, view)
-        evidence.add(look, moment.believed)
-        final = evidence.verdict().final
+        read = self._reader.read(order.box, Shot(picture, moment.believed, moment.scan, moment.goal))
+        reading = self._reader.reading(order.box) if read.final else None
         self.computing_s += process_time() - began
-        self._on_look(LookRecord(moment.t_s, order.box, moment.believed, picture, look))
-        return self.reading(order.box) if final else None
+        self._on_look(LookRecord.of(moment.t_s, read, self._printed))
+        return reading
 
     def reading(self, box: int) -> Reading:
         """What is known of a box so far."""
-        return reading_of(self._evidence[box].verdict(), self._boxes[box])
+        return self._reader.reading(box)
 
 
-class ReportEyes:
-    """The report's: all images it asked for, then the vote."""
-
-    def __init__(self, layout: Layout, camera: Camera, on_look: OnLook) -> None:
-        """Learn the tags."""
-        self._boxes = {box.number: box for box in boxes_of(layout)}
-        self._camera = camera
-        self._on_look = on_look
-        self._recogniser = ReportRecogniser(shipped_pictures())
-        self._sightings: Dict[int, List[Sighting]] = {}
-        self.computing_s = 0.0
-
-    def look(self, order: Look, moment: Moment) -> Optional[Reading]:
-        """One more image of the box; never enough before the last."""
-        picture = self._camera.picture(moment.true)
-        began = process_time()
-        seen: Sequence[Sighting] = self._recogniser.look(
-            picture, order.box, predicted_deg(moment.goal, self._boxes[order.box])
-        )
-        self.computing_s += process_time() - began
-        self._sightings.setdefault(order.box, []).extend(seen)
-        self._on_look(LookRecord(moment.t_s, order.box, moment.believed, picture, sightings=tuple(seen)))
-        return None
-
-    def reading(self, box: int) -> Reading:
-        """The vote over everything seen of a box; it knows no probability."""
-        sightings = self._sightings.get(box, [])
-        if not sightings:
-            return Reading(UNSEEN)
-        return Reading(self._recogniser.verdict(sightings).tag, 1.0)
-
-
-class PrintedEyes(ReportEyes):
-    """The printed program's: whole images, and its vote."""
-
-    def __init__(self, layout: Layout, camera: Camera, on_look: OnLook) -> None:
-        """Learn the tags."""
-        super().__init__(layout, camera, on_look)
-        self._recogniser = ReportRecogniser(shipped_pictures(), crop=False)
-
-    def reading(self, box: int) -> Reading:
-        """The printed vote, whose tags are numbered from 0; UNSEEN for a box that gets no line."""
-        verdict = printed_verdict([row_of(sighting) for sighting in self._sightings.get(box, [])])
-        if verdict.tag is None:
-            return Reading(UNSEEN)
-        return Reading(verdict.tag + 1, 1.0)
+def make_eyes(controller: str, layout: Layout, camera: Camera, on_look: OnLook) -> Eyes:
+    """The eyes that go with a controller."""
+    reader = make_reader(controller, boxes_of(layout), shipped_pictures())
+    return Eyes(reader, camera, on_look, controller == PRINTED)

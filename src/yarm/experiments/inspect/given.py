@@ -1,4 +1,4 @@
-"""What a round is given of a layout: the map of the empty room, and where the boxes stand; as files."""
+"""What a round is given of a layout: the empty room's map, where the boxes stand, where about it starts; as files."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ from yarm.sim.scenes.layout import Layout
 CELL_M = 0.05
 MARGIN_CELLS = 4
 """The map reaches so far beyond the room."""
+BY_HAND = Pose2(0.10, -0.10, 0.10)
+"""A pose that is given by hand is so far off."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """Files of a layout: the map's description and the boxes."""
+    """Files of a layout: the map's description, the boxes, and the start as a hand gives it to ``amcl``."""
 
     map: Path
     boxes: Path
+    start: Path
 
 
 def room_map(layout: Layout) -> GridMap:
@@ -45,7 +48,7 @@ def room_map(layout: Layout) -> GridMap:
 
 
 def write_given(layout: Layout, folder: Path) -> Given:
-    """Write both files into a folder, which is made when missing.
+    """Write the files into a folder, which is made when missing.
 
     Raises:
         MapFileError: the map cannot be written.
@@ -59,5 +62,13 @@ def write_given(layout: Layout, folder: Path) -> Given:
         lines.append(f"  - {{number: {box.number}, {place}, size: {size}}}")
     boxes = folder / "boxes.yaml"
     boxes.write_text("\n".join(lines) + "\n")
+    start = folder / "start.yaml"
+    rough = layout.arena.start.compose(BY_HAND)
+    values = {"given": "true", "x": repr(rough.x), "y": repr(rough.y), "a": repr(rough.yaw_rad)}
+    lines = [
+        "# About where the robot starts, as a hand gives it.",
+        *(f"initial_pose_{k}: {v}" for k, v in values.items()),
+    ]
+    start.write_text("\n".join(lines) + "\n")
     saved = write_map(room_map(layout), folder / "map")
-    return Given(saved.description, boxes)
+    return Given(saved.description, boxes, start)

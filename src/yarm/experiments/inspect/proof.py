@@ -101,7 +101,8 @@ def shown_look(looks: Sequence[LookRecord], tag: int) -> Optional[LookRecord]:
 def _support(look: LookRecord, tag: int) -> float:
     if look.look is not None:
         return look.look.probabilities.get(tag, 0.0)
-    return max((float(seen.good) for seen in look.sightings if seen.tag == tag and not seen.rejection), default=0.0)
+    kept = [float(seen.good) for seen in look.sightings if seen.tag == tag and not look.rejection(seen)]
+    return max(kept, default=0.0)
 
 
 def _pictures(record: RoundRecord, box: Box, look: LookRecord, verdict: Verdict, tags: Mapping[int, GreyImage]) -> str:
@@ -119,7 +120,7 @@ def _pictures(record: RoundRecord, box: Box, look: LookRecord, verdict: Verdict,
         photo = report_photo(look.image, best_seen)
         pair = None if best_seen is None else report_pair(look.image, best_seen, tags)
         beside = "" if best_seen is None else f"tag {best_seen.tag} and what lies inside its outline"
-        below = "" if best_seen is None else f": {best_seen.good} good matches, {best_seen.rejection or 'kept'}"
+        below = "" if best_seen is None else f": {best_seen.good} good matches, {look.rejection(best_seen) or 'kept'}"
         outlines = "green: the outline by the homography"
     parts = [_figure(photo, f"image at {look.t_s:.1f} s; {outlines}")]
     if pair is not None:
@@ -138,7 +139,7 @@ def scores_of(box: Box, looks: Sequence[LookRecord], tags: Mapping[int, GreyImag
             if look.look is not None:
                 evidence.add(look.look, look.robot)
         return dict(evidence.verdict().scores)
-    kept = [seen.tag for look in looks for seen in look.sightings if not seen.rejection]
+    kept = [seen.tag for look in looks for seen in look.sightings if not look.rejection(seen)]
     return {tag: kept.count(tag) / len(looks) for tag in tags} if looks else {}
 
 
@@ -169,7 +170,7 @@ def _look_table(looks: Sequence[LookRecord]) -> str:
             what = f"{answer} {chance:.4f}; {seen.status.value}, {seen.finding.value} {seen.reason}".strip()
             rows.append((str(number), f"{look.t_s:.1f}", f"{100 * seen.share:.0f} %", f"{seen.texture:.3f}", what))
         else:
-            kept = [f"{seen.tag} ({seen.good} good)" for seen in look.sightings if not seen.rejection]
+            kept = [f"{seen.tag} ({seen.good} good)" for seen in look.sightings if not look.rejection(seen)]
             rows.append((str(number), f"{look.t_s:.1f}", "", "", ", ".join(kept) or "nothing kept"))
     return _table(("image", "s", "face seen", "texture", "what it says"), rows) if rows else ""
 

@@ -23,7 +23,9 @@ from yarm.inspection.model import (
     Step,
     Verdict,
 )
+from yarm.inspection.readers import PictureRead
 from yarm.tags.motifs import GreyImage
+from yarm.tags.printed import printed_rejection
 from yarm.tags.recogniser import Look as TagLook
 from yarm.tags.report import Sighting
 
@@ -117,6 +119,7 @@ class LookRecord:
         image: (h, w) grey.
         look: what ours made of it; None for the report's.
         sightings: what the report made of it, a tag each; empty for ours.
+        printed: whether the printed program's rules tell which of them count.
     """
 
     t_s: float
@@ -125,6 +128,17 @@ class LookRecord:
     image: GreyImage
     look: Optional[TagLook] = None
     sightings: Tuple[Sighting, ...] = ()
+    printed: bool = False
+
+    @staticmethod
+    def of(t_s: float, read: PictureRead, printed: bool) -> LookRecord:
+        """Of a picture that was read."""
+        shot = read.shot
+        return LookRecord(t_s, read.box, shot.robot, shot.picture, read.look, read.sightings, printed)
+
+    def rejection(self, seen: Sighting) -> str:
+        """Why a sighting does not count; empty when it does."""
+        return printed_rejection(seen) if self.printed else seen.rejection
 
 
 @dataclass(frozen=True)

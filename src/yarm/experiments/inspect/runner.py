@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import asdict
-from typing import Any, Callable, Dict, Optional, Protocol, Tuple, Union
+from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 
-from yarm.experiments.inspect.eyes import Camera, Moment, OnLook, OurEyes, PrintedEyes, ReportEyes, boxes_of
+from yarm.experiments.inspect.eyes import Camera, Eyes, Moment, boxes_of, make_eyes
 from yarm.experiments.inspect.pilot import ARRIVE_RAD, Pilot, Ways, known_map
 from yarm.experiments.inspect.record import RoundInfo, RoundRecord, RoundRecorder, TouchRow
-from yarm.experiments.inspect.switches import LOOSE_RAD, SLEEP_S, Switches
+from yarm.experiments.inspect.switches import LOOSE_RAD, Switches
 from yarm.geometry import Pose2
 from yarm.inspection.model import (
+    CONTROLLERS,
+    OURS,
+    PRINTED,
+    REPORT,
     ClearCostmaps,
     Drive,
     Look,
@@ -27,6 +31,7 @@ from yarm.inspection.model import (
     Stand,
     Step,
 )
+from yarm.inspection.printed_round import PAUSE_S, PrintedRound
 from yarm.inspection.reading import chances
 from yarm.inspection.report_round import ReportRound, ReportRoundParams
 from yarm.inspection.round import Round, RoundParams
@@ -43,21 +48,10 @@ PLACE_M, PLACE_RAD, PLACE_S = 0.014, math.radians(0.3), 2.0
 """Deviation of the localisation's error, each way, and how long it stays alike; measured in bench/localisation.md."""
 CLEARING_S = 1.0
 """What forgetting costmaps takes."""
-CONTROLLERS = ("report", "yarm")
 DETECTOR = "sift"
 """Of both recognitions."""
 NOTHING = Switches()
 AnyRound = Union[Round, ReportRound]
-
-
-class _Eyes(Protocol):
-    computing_s: float
-
-    def look(self, order: Look, moment: Moment) -> Optional[Reading]:
-        """One more image; a reading when that is enough."""
-
-    def reading(self, box: int) -> Reading:
-        """What is known so far."""
 
 
 class _Place:
@@ -77,12 +71,11 @@ class _Place:
 class _Player:
     """Carries out one order after the other."""
 
-    def __init__(self, layout: Layout, eyes: _Eyes, ways: Ways, seed: int, switches: Switches) -> None:
+    def __init__(self, layout: Layout, eyes: Eyes, ways: Ways, seed: int, switches: Switches) -> None:
         self.world = KinematicWorld(layout.arena, seed)
         self._place = _Place(np.random.default_rng((seed, 11)))
         self._eyes = eyes
         self._pilot = Pilot(ways, TICK_S, LOOSE_RAD if switches.loose_heading else ARRIVE_RAD)
-        self._image_s = TICK_S + (SLEEP_S if switches.sleeps else 0.0)
         self._order: Order = Stand()
         self._began_s = 0.0
         self._turned = 0.0
@@ -133,7 +126,7 @@ class _Player:
         return (Outcome.DONE if arrived else Outcome.BUSY), ""
 
     def _look(self, order: Look, now_s: float) -> Tuple[Outcome, str, Optional[Reading]]:
-        if now_s + TICK_S - self._began_s < (self._images + 1) * self._image_s - 1e-6:
+        if now_s + TICK_S - self._began_s < (self._images + 1) * (TICK_S + order.pause_s) - 1e-6:
             return Outcome.BUSY, "", None
         self._images += 1
         moment = Moment(now_s + TICK_S, self.world.truth, self.believed, self.world.scan(), self._goal)
@@ -156,13 +149,13 @@ def run_round(layout: Layout, controller: str, seed: int, switches: Switches = N
     Raises:
         ValueError: no such controller.
     """
-    if switches != NOTHING and controller != "report":
+    if switches != NOTHING and controller != REPORT:
         raise ValueError(f"controller {controller!r} has none of the report's faults to switch on")
     if controller not in CONTROLLERS:
         raise ValueError(f"controller {controller!r} is not known; known: {', '.join(CONTROLLERS)}")
     recorder = RoundRecorder()
     ways, camera = Ways(known_map(layout.arena)), Camera(layout, seed)
-    eyes = _eyes(controller, switches)(layout, camera, recorder.looked)
+    eyes = make_eyes(PRINTED if switches.printed_vote else controller, layout, camera, recorder.looked)
     tour = _round(layout, controller, ways, switches)
     player = _Player(layout, eyes, ways, seed, switches)
     seen = Observation(0.0, player.believed, True)
@@ -196,20 +189,14 @@ def run_round(layout: Layout, controller: str, seed: int, switches: Switches = N
 
 def parameters_of(controller: str) -> Dict[str, Any]:
     """Everything that can be set in a round of a controller, by the names of its parts."""
-    if controller == "yarm":
+    if controller == OURS:
         return {"round": asdict(RoundParams()), "chance": asdict(LookChance())}
     return {"round": asdict(ReportRoundParams())}
 
 
-def _eyes(controller: str, switches: Switches) -> Callable[[Layout, Camera, OnLook], _Eyes]:
-    if controller == "yarm":
-        return OurEyes
-    return PrintedEyes if switches.printed_vote else ReportEyes
-
-
 def _round(layout: Layout, controller: str, ways: Ways, switches: Switches) -> AnyRound:
     boxes = boxes_of(layout)
-    if controller == "yarm":
+    if controller == OURS:
         return Round(boxes, ways.lengths, chances(boxes, LookChance()))
     blocks = FlatBoxes(layout.arena.blocks)
     asked = Ways(known_map(layout.arena, boxes=False)) if switches.empty_map else ways
@@ -221,5 +208,8 @@ def _round(layout: Layout, controller: str, ways: Ways, switches: Switches) -> A
         begin = Pose2(0.0, 0.0) if switches.query_from_origin else start
         return math.isfinite(float(asked.lengths(begin, [goal])[0]))
 
+    if controller == PRINTED:
+        return PrintedRound(boxes, plannable)
     params = ReportRoundParams(order="exact" if switches.exact_order else "greedy")
-    return ReportRound(boxes, plannable, gap, params, beside=not switches.no_neighbours)
+    pause_s = PAUSE_S if switches.sleeps else 0.0
+    return ReportRound(boxes, plannable, gap, params, not switches.no_neighbours, pause_s)

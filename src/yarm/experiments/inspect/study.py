@@ -16,12 +16,13 @@ from yarm.experiments.inspect.order_figure import write_orders
 from yarm.experiments.inspect.practice_figure import write_practice
 from yarm.experiments.inspect.record import RoundRecord
 from yarm.experiments.inspect.rule_figures import write_angles, write_edge_cases
-from yarm.experiments.inspect.runner import CONTROLLERS, parameters_of, run_round
+from yarm.experiments.inspect.runner import parameters_of, run_round
 from yarm.experiments.inspect.writers import run_folder, write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.run.versions import package_versions
 from yarm.experiments.statistics import percentile
 from yarm.experiments.study.runner import Progress, TrialKind, run_trials
+from yarm.inspection.model import OURS, REPORT
 from yarm.sim.scenes.layout import Layout
 from yarm.sim.scenes.layout_file import find_layout
 from yarm.sim.scenes.layout_maker import KINDS, SEEDS, make_layout
@@ -42,6 +43,8 @@ HEADER = (
 NUMBERS = ("right", "named_wrong", "end_s", "home_m", "home_rad", "distance_m", "bumps", "looking_s", "computing_s")
 """Figures of merit that a result keeps."""
 PRACTICE_SEED = 0
+PAIRED = (REPORT, OURS)
+"""Controllers that are compared in every layout."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,7 @@ def layout_of(kind: str, seed: int) -> Layout:
 INSPECT_TRIALS: TrialKind[InspectSpec, InspectResult] = TrialKind(run_trial, InspectResult.from_json)
 
 
-def specs_of(layouts: int, controllers: Sequence[str] = CONTROLLERS) -> List[InspectSpec]:
+def specs_of(layouts: int, controllers: Sequence[str] = PAIRED) -> List[InspectSpec]:
     """Every controller in the first so many layouts, kinds alternating, paired."""
     names = [(kind, seed) for seed in range(SEEDS) for kind in KINDS][:layouts]
     return [InspectSpec(kind, seed, controller, 0) for kind, seed in names for controller in controllers]
@@ -140,10 +143,10 @@ def specs_of(layouts: int, controllers: Sequence[str] = CONTROLLERS) -> List[Ins
 
 def table(results: Sequence[InspectResult]) -> str:
     """One row a controller, in markdown, and below it every box of ours that was not read right."""
-    groups = {name: [result for result in results if result.spec.controller == name] for name in CONTROLLERS}
+    groups = {name: [result for result in results if result.spec.controller == name] for name in PAIRED}
     lines = [markdown_table(HEADER, [_row(name, group) for name, group in groups.items() if group])]
     for result in results:
-        for box, reason in result.unread if result.spec.controller == "yarm" else ():
+        for box, reason in result.unread if result.spec.controller == OURS else ():
             lines.append(f"\n{result.spec.key}, box {box}: {reason}")
     return "\n".join(lines)
 
@@ -233,7 +236,7 @@ def rounds(options: argparse.Namespace, folder: Path, progress: Progress) -> str
 def practice(folder: Path) -> List[str]:
     """Whole rounds in the practice world with all their files, and the figures about it; texts to print."""
     layout = find_layout("practice")
-    records = [run_round(layout, controller, PRACTICE_SEED) for controller in CONTROLLERS]
+    records = [run_round(layout, controller, PRACTICE_SEED) for controller in PAIRED]
     for record in records:
         info = record.info
         run = run_folder(folder, info.layout, info.controller, info.seed)

@@ -16,7 +16,7 @@ class Switches:
         goals_ignored: that a goal failed is not looked at.
         loose_heading: a goal is reached within 17 degrees, so that the headings at a box are one.
         no_neighbours: neighbours and narrow places are not looked at.
-        sleeps: 0.17 s of sleep an image.
+        sleeps: the printed program's sleep after each image.
         printed_vote: the printed recognition and vote, on whole images.
         exact_order: not a fault but the remedy of one: the shortest order instead of the greedy one.
     """
@@ -31,7 +31,6 @@ class Switches:
     exact_order: bool = False
 
 
-SLEEP_S = 0.17
 LOOSE_RAD = 0.3
 """About 17 degrees."""
 PLAIN = "as the text has it"

@@ -15,12 +15,11 @@ from yarm.experiments.inspect.pictures import plot_round
 from yarm.experiments.inspect.proof import write_proof
 from yarm.experiments.inspect.record import LookRecord, OrderRow, PathRow, RoundRecord, TouchRow, reading_words
 from yarm.experiments.run.writers import plain_values, room_run_folder, write_events, write_rows
-from yarm.inspection.model import Verdict
-from yarm.inspection.result_file import OUR_WORD, PUBLISHED_WORD, result_lines, unmatched_lines
+from yarm.inspection.model import OURS, Verdict
+from yarm.inspection.result_file import lines_of
 from yarm.sim.scenes.arena import Arena
 from yarm.tags.printed import laser_text, map_text, row_of
 
-REPORT = "report"
 TABLES = {"path": PathRow, "orders": OrderRow, "touches": TouchRow}
 FILES = (
     "summary.yaml",
@@ -34,8 +33,8 @@ FILES = (
     "time.png",
     "proof.html",
 )
-REPORT_FILES = ("MapText.txt", "LaserText.txt")
-"""Those that only the report's round leaves, besides."""
+REPORT_FILES = ("changeEngine.txt", "MapText.txt", "LaserText.txt")
+"""Those that only the report's rounds leave, besides: result, rows of the votes, rows of unmatched boxes."""
 
 
 @dataclass(frozen=True)
@@ -189,13 +188,12 @@ def write_inspection(
     for name, cls in TABLES.items():
         write_rows(folder / f"{name}.csv", cls, getattr(record, name))
     write_events(record.events, folder / "events.csv")
-    if record.info.controller == REPORT:
-        write_rows(folder / "views.csv", ReportViewRow, [row for look in record.looks for row in report_rows(look)])
-        _write_text(record, folder, PUBLISHED_WORD)
-        _write_printed(record, folder)
-    else:
+    _write_lines(folder / "result.txt", lines_of(OURS, record.verdicts))
+    if record.info.controller == OURS:
         write_rows(folder / "views.csv", OurViewRow, [row for look in record.looks for row in our_rows(look)])
-        _write_text(record, folder, OUR_WORD)
+    else:
+        write_rows(folder / "views.csv", ReportViewRow, [row for look in record.looks for row in report_rows(look)])
+        _write_printed(record, folder)
     plot_round(record, arena, folder)
     write_proof(record, measures, folder / "proof.html")
 
@@ -276,24 +274,25 @@ def report_rows(look: LookRecord) -> List[ReportViewRow]:
             " ".join(f"{angle:.2f}" for angle in seen.angles),
             *(seen.bottom_left_deg, seen.predicted_deg),
             "" if seen.corners is None else " ".join(f"{value:.1f}" for value in seen.corners.ravel()),
-            seen.rejection,
+            look.rejection(seen),
         )
         for seen in look.sightings
     ]
 
 
-def _write_text(record: RoundRecord, folder: Path, word: str) -> None:
-    lines = [*result_lines(record.verdicts, word), *unmatched_lines(record.verdicts)]
-    (folder / "result.txt").write_text("".join(f"{line}\n" for line in lines))
+def _write_lines(path: Path, lines: Sequence[str]) -> None:
+    path.write_text("".join(f"{line}\n" for line in lines))
 
 
 def _write_printed(record: RoundRecord, folder: Path) -> None:
-    """The two files of rows that the printed program leaves."""
+    """The three files that the report's program leaves."""
     images = [[row_of(seen) for seen in look.sightings] for look in record.looks]
     unmatched = {verdict.box for verdict in record.verdicts if verdict.reading.tag < 0}
     left = [row for look, rows in zip(record.looks, images) if look.box in unmatched for row in rows]
-    (folder / REPORT_FILES[0]).write_text(map_text(images))
-    (folder / REPORT_FILES[1]).write_text(laser_text(left))
+    result, votes, others = (folder / name for name in REPORT_FILES)
+    _write_lines(result, lines_of(record.info.controller, record.verdicts))
+    votes.write_text(map_text(images))
+    others.write_text(laser_text(left))
 
 
 def _dump(values: Mapping[str, Any], path: Path) -> None:

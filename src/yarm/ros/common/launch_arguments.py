@@ -134,6 +134,7 @@ CHECKS: Dict[str, Check] = {
             "inspector",
             "return_to_start",
             "autostart",
+            "rough_pose",
         ),
         _BOOL,
     ),

@@ -45,7 +45,9 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--arena", default="practice", help="explore: shipped arena, or an arena file")
     options.add_argument("--layout", default="practice", help="inspect: practice, a made one such as open_0, or a file")
     options.add_argument(
-        "--controller", default="yarm", help="explore: yarm, nearest, explore_lite, report, ...; inspect: yarm, report"
+        "--controller",
+        default="yarm",
+        help="explore: yarm, nearest, explore_lite, report, ...; inspect: yarm, report, ...",
     )
     options.add_argument("--seed", type=int, default=3, help="seed of the layout, the noise and the planner")
     options.add_argument("--nominal", action="store_true", help="the layout of the scene file whatever the seed")

@@ -22,7 +22,7 @@ from yarm.experiments.inspect.runner import DETECTOR
 from yarm.experiments.inspect.writers import write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.geometry import Pose2
-from yarm.inspection.model import Stage, Verdict
+from yarm.inspection.model import PRINTED, Stage, Verdict
 from yarm.inspection.senses import Senses
 from yarm.inspection.session import SessionStep
 from yarm.msg import Contacts
@@ -91,10 +91,8 @@ class InspectionRun:
             )
             self._recorder.passed(step.elapsed_s, self._truth, seen.pose)
             if read is not None:
-                shot = read.shot
-                self._recorder.looked(
-                    LookRecord(step.elapsed_s, read.box, shot.robot, shot.picture, read.look, read.sightings)
-                )
+                printed = self._given.params.controller == PRINTED
+                self._recorder.looked(LookRecord.of(step.elapsed_s, read, printed))
 
     @property
     def folder(self) -> Path:

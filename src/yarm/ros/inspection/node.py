@@ -18,7 +18,8 @@ from yarm.experiments.inspect.pilot import Ways
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.flow import RoundFlow
-from yarm.inspection.model import Verdict
+from yarm.inspection.model import OURS, PRINTED, Verdict
+from yarm.inspection.printed_round import PrintedRound
 from yarm.inspection.readers import Reader, make_reader
 from yarm.inspection.reading import chances
 from yarm.inspection.report_round import ReportRound
@@ -163,9 +164,11 @@ class InspectorNode:
     def _make(self) -> Tuple[RoundFlow, Reader]:
         boxes, controller = self._given.boxes, self._params.controller
         self._reader = make_reader(controller, boxes, self._given.tags)
-        if controller == "yarm":
+        if controller == OURS:
             chance = chances(boxes, LookChance())
             self._round = Round(boxes, self._known.lengths, chance, self._params.round)
+        elif controller == PRINTED:
+            self._round = PrintedRound(boxes, self._navigation.plannable, self._given.report)
         else:
             self._round = ReportRound(boxes, self._navigation.plannable, self._known.gap, self._given.report)
         return self._round, self._reader

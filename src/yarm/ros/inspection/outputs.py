@@ -12,7 +12,7 @@ from geometry_msgs.msg import Twist
 from yarm.geometry import Pose2
 from yarm.inspection.model import Verdict
 from yarm.inspection.readers import Reader
-from yarm.inspection.result_file import OUR_WORD, PUBLISHED_WORD, result_lines, unmatched_lines
+from yarm.inspection.result_file import lines_of
 from yarm.inspection.session import SessionStep
 from yarm.inspection.viewpoints import Viewpoint
 from yarm.msg import InspectionStatus, StepAck, TagVerdict
@@ -92,8 +92,7 @@ class InspectorOutputs:
 
     def save(self, verdicts: Sequence[Verdict]) -> str:
         """Write the result so far; why that failed, or empty."""
-        word = OUR_WORD if self._params.controller == "yarm" else PUBLISHED_WORD
-        lines = [*result_lines(verdicts, word), *unmatched_lines(verdicts)]
+        lines = lines_of(self._params.controller, verdicts)
         path = self._params.result_path
         try:
             write_whole(path, "\n".join(lines) + "\n")

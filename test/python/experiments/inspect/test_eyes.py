@@ -8,12 +8,12 @@ from typing import List
 
 import pytest
 
-from yarm.experiments.inspect.eyes import Camera, Moment, OurEyes, ReportEyes, boxes_of
+from yarm.experiments.inspect.eyes import Camera, Moment, boxes_of, make_eyes
 from yarm.experiments.inspect.record import LookRecord
 from yarm.geometry import Pose2
 from yarm.geometry.pinhole import BoxSize
 from yarm.inspection.boxes import Box
-from yarm.inspection.model import UNSEEN, Look
+from yarm.inspection.model import OURS, REPORT, UNSEEN, Look
 from yarm.inspection.reading import predicted_deg
 from yarm.inspection.viewpoints import viewpoint
 from yarm.sim.checks.layout_check import sights
@@ -43,7 +43,7 @@ def moment(robot: Pose2) -> Moment:
 
 def test_ours_is_sure_after_one_good_look_and_keeps_it() -> None:
     kept: List[LookRecord] = []
-    eyes = OurEyes(LAYOUT, Camera(LAYOUT, 1), kept.append)
+    eyes = make_eyes(OURS, LAYOUT, Camera(LAYOUT, 1), kept.append)
     reading = eyes.look(Look(TAGGED, 5, 2.0), moment(place()))
     assert len(kept) == 1 and kept[0].box == TAGGED and kept[0].t_s == 3.0 and kept[0].robot == place()
     assert kept[0].look is not None and kept[0].look.answer == LAYOUT.tags[TAGGED - 1]
@@ -53,14 +53,14 @@ def test_ours_is_sure_after_one_good_look_and_keeps_it() -> None:
 
 def test_ours_names_nothing_when_it_looks_away() -> None:
     away = place().compose(Pose2(0.0, 0.0, 3.0))
-    eyes = OurEyes(LAYOUT, Camera(LAYOUT, 1), lambda look: None)
+    eyes = make_eyes(OURS, LAYOUT, Camera(LAYOUT, 1), lambda look: None)
     assert eyes.look(Look(TAGGED, 5, 2.0), moment(away)) is None
     assert eyes.reading(TAGGED).tag == UNSEEN
 
 
 def test_the_report_votes_after_all_its_images() -> None:
     kept: List[LookRecord] = []
-    eyes = ReportEyes(LAYOUT, Camera(LAYOUT, 1), kept.append)
+    eyes = make_eyes(REPORT, LAYOUT, Camera(LAYOUT, 1), kept.append)
     order = Look(TAGGED, 7, 5.0)
     assert eyes.reading(TAGGED).tag == UNSEEN
     for _ in range(12):

@@ -6,14 +6,15 @@ import math
 from typing import List
 
 from python.experiments.inspect_samples import only
-from yarm.experiments.inspect.eyes import Camera, PrintedEyes, boxes_of
+from yarm.experiments.inspect.eyes import Camera, boxes_of, make_eyes
 from yarm.experiments.inspect.measures import measure
 from yarm.experiments.inspect.pilot import known_map
 from yarm.experiments.inspect.record import LookRecord, RoundRecord
 from yarm.experiments.inspect.runner import run_round
-from yarm.experiments.inspect.switches import SLEEP_S, Switches
+from yarm.experiments.inspect.switches import Switches
 from yarm.geometry import Pose2
-from yarm.inspection.model import BLANK
+from yarm.inspection.model import BLANK, PRINTED, Stage
+from yarm.inspection.printed_round import PAUSE_S
 from yarm.sim.scenes.arena import Arena, Block
 from yarm.sim.scenes.layout import Layout, walls
 from yarm.sim.scenes.layout_maker import make_layout
@@ -33,7 +34,7 @@ def test_loose_headings_sleeps_and_the_printed_vote() -> None:
     assert max(turns_at_the_box(plain)) > 0.05 and max(turns_at_the_box(faulty), default=0.0) < 0.02
     looked, asleep = measure(plain).looking_s, measure(faulty).looking_s
     images = len(plain.looks)
-    assert images == 21 == len(faulty.looks) and abs(asleep - looked - images * SLEEP_S) < 0.11 * 3
+    assert images == 21 == len(faulty.looks) and abs(asleep - looked - images * PAUSE_S) < 0.11 * 3
     whole = max(seen.keypoints for look in faulty.looks for seen in look.sightings)
     assert whole > max(seen.keypoints for look in plain.looks for seen in look.sightings)
 
@@ -61,4 +62,11 @@ def test_a_map_without_boxes_lets_the_robot_choose_what_it_cannot_reach() -> Non
 
 def test_no_image_is_blank_for_the_printed_vote() -> None:
     kept: List[LookRecord] = []
-    assert PrintedEyes(ONE, Camera(ONE, 1), kept.append).reading(1).tag == BLANK
+    assert make_eyes(PRINTED, ONE, Camera(ONE, 1), kept.append).reading(1).tag == BLANK
+
+
+def test_the_whole_printed_program_in_one_round() -> None:
+    record = run_round(ONE, PRINTED, 1)
+    assert len(record.looks) == 21 and all(look.printed for look in record.looks)
+    assert record.stage == Stage.DONE and len(record.verdicts) == 1
+    assert max(turns_at_the_box(record)) < 0.098, "its headings are nearer to each other than the text's"

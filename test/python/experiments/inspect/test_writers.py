@@ -49,7 +49,9 @@ def test_every_image_has_a_row_for_every_answer(tmp_path: Path) -> None:
 def test_the_report_leaves_its_own_files_in_its_own_spelling(tmp_path: Path) -> None:
     write_inspection(report(), SMALL.arena, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*FILES, *REPORT_FILES])
-    assert "boxNumnber: " in (tmp_path / "result.txt").read_text()
+    assert "boxNumber: " in (tmp_path / "result.txt").read_text()
+    published = (tmp_path / "changeEngine.txt").read_text()
+    assert published == (tmp_path / "result.txt").read_text().replace("boxNumber", "boxNumnber")
     assert (tmp_path / "MapText.txt").read_text().count("CONNECTOR") == len(report().looks) == 84
     rows = rows_of(tmp_path / "views.csv")
     assert len(rows) == 84 * 15 and {int(row["tag"]) for row in rows} == set(range(1, 16))
