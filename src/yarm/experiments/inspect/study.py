@@ -4,28 +4,25 @@ from __future__ import annotations
 
 import argparse
 import csv
-import dataclasses
-from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
+from typing import Callable, List, Sequence
 
-from yarm.experiments.inspect.fault_figure import FAULT_TRIALS, LAYOUTS, fault_specs, write_faults
-from yarm.experiments.inspect.measures import measure
+from yarm.experiments.inspect.fault_figure import write_faults
+from yarm.experiments.inspect.fault_trial import LAYOUTS, fault_specs
 from yarm.experiments.inspect.order_figure import write_orders
 from yarm.experiments.inspect.practice_figure import write_practice
-from yarm.experiments.inspect.record import RoundRecord
 from yarm.experiments.inspect.rule_figures import write_angles, write_edge_cases
 from yarm.experiments.inspect.runner import parameters_of, run_round
+from yarm.experiments.inspect.trial import NUMBERS, InspectResult, InspectSpec
+from yarm.experiments.inspect.trials import FAULT_TRIALS, INSPECT_TRIALS
 from yarm.experiments.inspect.writers import run_folder, write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.run.versions import package_versions
 from yarm.experiments.statistics import percentile
-from yarm.experiments.study.runner import Progress, TrialKind, run_trials
+from yarm.experiments.study.runner import Progress, run_trials
 from yarm.inspection.model import OURS, REPORT
-from yarm.sim.scenes.layout import Layout
 from yarm.sim.scenes.layout_file import find_layout
-from yarm.sim.scenes.layout_maker import KINDS, SEEDS, make_layout
+from yarm.sim.scenes.layout_maker import KINDS, SEEDS
 
 HEADER = (
     "controller",
@@ -40,99 +37,9 @@ HEADER = (
     "looking, s",
     "computing, s",
 )
-NUMBERS = ("right", "named_wrong", "end_s", "home_m", "home_rad", "distance_m", "bumps", "looking_s", "computing_s")
-"""Figures of merit that a result keeps."""
 PRACTICE_SEED = 0
 PAIRED = (REPORT, OURS)
 """Controllers that are compared in every layout."""
-
-
-@dataclass(frozen=True)
-class InspectSpec:
-    """What a trial is made of.
-
-    Attributes:
-        kind: of the layout.
-        layout: its seed.
-        controller: who drives the round.
-        seed: of noise and light.
-    """
-
-    kind: str
-    layout: int
-    controller: str
-    seed: int
-
-    @property
-    def key(self) -> str:
-        """Unique name, good for a file."""
-        return f"{self.kind}_{self.layout}-{self.controller}-{self.seed:04d}"
-
-
-@dataclass(frozen=True)
-class InspectResult:
-    """What a trial came to.
-
-    Attributes:
-        spec: what it was made of.
-        kept: home in time, by the truth.
-        boxes: in the layout.
-        numbers: by the names of NUMBERS; units as in Measures.
-        unread: numbers of the boxes that got no or a wrong verdict, and the reason of each.
-    """
-
-    spec: InspectSpec
-    kept: bool
-    boxes: int
-    numbers: Mapping[str, float]
-    unread: Tuple[Tuple[int, str], ...]
-
-    @property
-    def all_right(self) -> bool:
-        """Every box was read right."""
-        return self.numbers["right"] == self.boxes
-
-    def to_json(self) -> Dict[str, Any]:
-        """Plain values."""
-        return dataclasses.asdict(self)
-
-    @staticmethod
-    def from_json(values: Mapping[str, Any]) -> InspectResult:
-        """From plain values, as read back.
-
-        Raises:
-            TypeError: fields are missing or unknown.
-            KeyError: the same.
-        """
-        plain = dict(values)
-        plain["spec"] = InspectSpec(**plain["spec"])
-        plain["numbers"] = {name: float(plain["numbers"][name]) for name in NUMBERS}
-        plain["unread"] = tuple((int(box), str(reason)) for box, reason in plain["unread"])
-        return InspectResult(**plain)
-
-
-def run_trial(spec: InspectSpec) -> InspectResult:
-    """Run one trial."""
-    layout = layout_of(spec.kind, spec.layout)
-    return result_of(spec, layout, run_round(layout, spec.controller, spec.seed))
-
-
-def result_of(spec: InspectSpec, layout: Layout, record: RoundRecord) -> InspectResult:
-    """What is kept of a record."""
-    wrong = [v for v in record.verdicts if v.reading.tag != layout.tags[v.box - 1]]
-    unread = tuple((v.box, v.reason or f"read as {v.reading.tag}") for v in wrong)
-    measures = measure(record)
-    numbers = {name: round(float(getattr(measures, name)), 4) for name in NUMBERS}
-    return InspectResult(spec, measures.kept, len(layout.boxes), numbers, unread)
-
-
-@lru_cache(maxsize=8)
-def layout_of(kind: str, seed: int) -> Layout:
-    """A layout of the benchmark."""
-    return make_layout(kind, seed)
-
-
-INSPECT_TRIALS: TrialKind[InspectSpec, InspectResult] = TrialKind(run_trial, InspectResult.from_json)
 
 
 def specs_of(layouts: int, controllers: Sequence[str] = PAIRED) -> List[InspectSpec]:

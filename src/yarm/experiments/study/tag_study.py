@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
-from yarm.experiments.study.runner import Progress, TrialKind, run_trials
+from yarm.experiments.study.runner import Progress, TrialKind, fingerprint, run_trials
+from yarm.experiments.study.sources import files_of
 from yarm.experiments.study.tag_views import ViewResult, drawn, looked
+from yarm.resources import resource
 
+VIEWS = "yarm.experiments.study.tag_views"
 PIECE = 50
 """Views in one trial."""
 
@@ -68,7 +72,17 @@ def run_piece(piece: Piece) -> PieceResult:
     return PieceResult(piece, tuple(looked(drawn(n), asked > 0 and n % asked == 0) for n in numbers))
 
 
-PIECES: TrialKind[Piece, PieceResult] = TrialKind(run_piece, PieceResult.from_json)
+def code_of(piece: Piece) -> str:
+    """Digest of what a piece depends on: how views are drawn and looked at, and the weights of the answers."""
+    return _code()
+
+
+@lru_cache(maxsize=1)
+def _code() -> str:
+    return fingerprint([*files_of([VIEWS]), resource("config", "inspection")])
+
+
+PIECES: TrialKind[Piece, PieceResult] = TrialKind(run_piece, PieceResult.from_json, code_of)
 
 
 def run_views(

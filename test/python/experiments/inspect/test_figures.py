@@ -10,9 +10,10 @@ from typing import Dict, List
 import pytest
 
 from python.experiments.inspect_samples import SMALL, told
-from yarm.experiments.inspect import fault_figure, order_figure
+from yarm.experiments.inspect import fault_trial, order_figure
 from yarm.experiments.inspect.eyes import boxes_of
-from yarm.experiments.inspect.fault_figure import KEPT, FaultResult, FaultSpec, fault_specs, write_faults
+from yarm.experiments.inspect.fault_figure import write_faults
+from yarm.experiments.inspect.fault_trial import KEPT, FaultResult, FaultSpec, fault_specs, run_fault
 from yarm.experiments.inspect.order_figure import drawn_costs, measured, practice_lengths, write_orders
 from yarm.experiments.inspect.practice_figure import PUBLISHED, write_practice
 from yarm.experiments.inspect.rule_figures import drawn_pair, sightings_of, write_angles, write_edge_cases
@@ -116,8 +117,8 @@ def test_a_trial_runs_the_round_with_its_fault(monkeypatch: pytest.MonkeyPatch) 
         asked.append((controller, seed, switches))
         return told(SMALL, "report", {1: SMALL.tags[0]})
 
-    monkeypatch.setattr(fault_figure, "run_round", round_of)
-    found = fault_figure.run_trial(FaultSpec("open_0", "sleeps", 3))
+    monkeypatch.setattr(fault_trial, "run_round", round_of)
+    found = run_fault(FaultSpec("open_0", "sleeps", 3))
     assert asked == [("report", 3, FAULTS["sleeps"])] and found.numbers["right"] == 1.0 and found.boxes == 4
 
 

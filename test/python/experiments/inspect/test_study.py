@@ -8,16 +8,8 @@ import json
 from pathlib import Path
 from typing import Dict, Tuple
 
-from yarm.experiments.inspect.study import (
-    NUMBERS,
-    InspectResult,
-    InspectSpec,
-    rounds,
-    run_trial,
-    specs_of,
-    table,
-    write_rows,
-)
+from yarm.experiments.inspect.study import rounds, specs_of, table, write_rows
+from yarm.experiments.inspect.trial import NUMBERS, InspectResult, InspectSpec, run_trial
 
 NUMBERS_OF_ONE: Dict[str, float] = dict.fromkeys(NUMBERS, 1.0)
 

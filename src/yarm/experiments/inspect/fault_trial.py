@@ -1,0 +1,78 @@
+"""One trial of figure 11: the report's round with one of its known faults switched on, and what is kept of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, Dict, List, Mapping
+
+from yarm.experiments.inspect.measures import Measures, measure
+from yarm.experiments.inspect.runner import run_round
+from yarm.experiments.inspect.switches import FAULTS
+from yarm.inspection.model import REPORT
+from yarm.sim.scenes.layout_file import find_layout
+
+LAYOUTS = ("practice", "open_0", "wall_0", "cluster_0", "corridor_0")
+KEPT = ("right", "named_wrong", "end_s", "goals_failed", "distance_m", "home_m")
+"""Figures of merit that a result keeps."""
+
+
+@dataclass(frozen=True)
+class FaultSpec:
+    """What a trial is made of.
+
+    Attributes:
+        layout: name.
+        fault: a name in FAULTS.
+        seed: of noise and light.
+    """
+
+    layout: str
+    fault: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Unique name, good for a file."""
+        return f"{self.layout}-{list(FAULTS).index(self.fault)}-{self.seed:04d}"
+
+
+@dataclass(frozen=True)
+class FaultResult:
+    """What a trial came to.
+
+    Attributes:
+        spec: what it was made of.
+        boxes: in the layout.
+        numbers: by the names of KEPT; units as in Measures.
+    """
+
+    spec: FaultSpec
+    boxes: int
+    numbers: Mapping[str, float]
+
+    def to_json(self) -> Dict[str, Any]:
+        """Plain values."""
+        return dataclasses.asdict(self)
+
+    @staticmethod
+    def from_json(values: Mapping[str, Any]) -> FaultResult:
+        """From plain values, as read back.
+
+        Raises:
+            TypeError: fields are missing or unknown.
+            KeyError: the same.
+        """
+        numbers = {name: float(values["numbers"][name]) for name in KEPT}
+        return FaultResult(FaultSpec(**values["spec"]), int(values["boxes"]), numbers)
+
+
+def run_fault(spec: FaultSpec) -> FaultResult:
+    """Run one trial."""
+    found: Measures = measure(run_round(find_layout(spec.layout), REPORT, spec.seed, FAULTS[spec.fault]))
+    return FaultResult(spec, found.boxes, {name: round(float(getattr(found, name)), 4) for name in KEPT})
+
+
+def fault_specs(layouts: int) -> List[FaultSpec]:
+    """Every fault in the first so many of LAYOUTS; layouts outermost."""
+    return [FaultSpec(layout, fault, 0) for layout in LAYOUTS[:layouts] for fault in FAULTS]
