@@ -75,6 +75,7 @@ def test_a_thing_is_drawn_from_a_description_beside_the_scene_or_anywhere(tmp_pa
     [
         ({"model": "none.urdf"}, "model 'none.urdf' must be a URDF or xacro file; there is no .*/none.urdf"),
         ({"model": "test_requests.py", "shape": [0.1, 0.1, 0.1]}, "must be empty where a model is given"),
+        ({"model": "../data/golden_sets.npz"}, "has [0-9]{6,} bytes, at most 100000"),
         ({"model": "test_requests.py", "type": "Target"}, "a target has no body"),
     ],
 )

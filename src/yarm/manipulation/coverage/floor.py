@@ -57,7 +57,7 @@ class BaseWay:
 
 
 def lay_floor(half_m: float, cell_m: float, obstacles: Sequence[Obstacle], radius_m: float) -> Floor:
-    """The floor from -half to half along both axes, obstacles grown by the base's radius.
+    """The floor from -half to half along both axes, obstacles inflated by the base's radius.
 
     Args:
         half_m: half its side.

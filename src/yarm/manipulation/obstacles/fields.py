@@ -93,7 +93,7 @@ class NavigationField:
         """Find the free cells.
 
         Args:
-            obstacles: grown by the hand's radius.
+            obstacles: inflated by the hand's radius.
             cell_m: size of a cell.
         """
         n = math.ceil(REACH_M / cell_m)

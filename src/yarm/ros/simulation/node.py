@@ -22,17 +22,19 @@ from yarm.ros.simulation.outbox import CAMERAS, Outbox, frame_poses
 from yarm.ros.simulation.params import SimulationParams
 from yarm.sim.engine.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SimWorld, SpawnError
 from yarm.sim.scenes.events import Event, Script, Situation
-from yarm.sim.scenes.scene import TOP_M, load_scene, scene_path
+from yarm.sim.scenes.scene import MOST_MODEL_BYTES, TOP_M, load_scene, scene_path
 from yarm.sim.scenes.specs import HALF_CELL_M, ThingSpec
 from yarm.sim.sensors.cameras import Eyes, best_rays
 from yarm.sim.sensors.rays_embree import EmbreeRays
 
 DEFAULT_BOX_M = (0.2, 0.2, 0.2)
+UNREGISTERED = "Unregistered"
+"""Type of SpawnObstacles for an obstacle that is in no registry."""
 SPAWNED_KINDS = {
     ObjectKind.DEBRIS: ObjectKind.DEBRIS,
     ObjectKind.TARGET: ObjectKind.TARGET,
     ObjectKind.OBSTACLE: ObjectKind.OBSTACLE,
-    "Unregistered": ObjectKind.OBSTACLE,
+    UNREGISTERED: ObjectKind.OBSTACLE,
 }
 """Kind of body of each type that SpawnObstacles knows."""
 STEPS_PER_SET = 2 * STEPS_PER_TICK
@@ -297,7 +299,7 @@ def spawn_spec(request: Any, folder: Path) -> ThingSpec:
     if faults:
         raise SpawnError("; ".join(faults))
     size = size if boxy else ()
-    registered = request.type != "Unregistered"
+    registered = request.type != UNREGISTERED
     return ThingSpec(request.name, kind, request.x, request.y, request.z, request.yaw, size, registered, model)
 
 
@@ -309,6 +311,8 @@ def _model_faults(request: Any, kind: str, file: Path) -> List[str]:
         faults.append(f"shape {list(request.shape)} must be empty where a model is given")
     if not file.is_file():
         faults.append(f"model {request.model!r} must be a URDF or xacro file; there is no {file}")
+    elif file.stat().st_size > MOST_MODEL_BYTES:
+        faults.append(f"model {request.model!r} has {file.stat().st_size} bytes, at most {MOST_MODEL_BYTES}")
     return faults
 
 

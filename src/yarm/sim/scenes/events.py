@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Callable, List, Mapping, Optional, Tuple
 
 from yarm.sim.scenes.specs import ThingSpec
 from yarm.yaml_fields import Faults, Fields
 
 COMMANDER_STATES = ("IDLE", "STARTED", "CALIBRATION", "MENU", "BOUNDED", "BOUNDLESS", "CLEANUP")
-ACTIONS = ("spawn", "delete", "push", "move", "camera")
 PUSH_SPEED_MPS = 0.2
+
+
+class When(str, Enum):
+    """Keys of a scene file that say when an event fires."""
+
+    TIME = "time"
+    STATE = "state"
+    RASTER = "raster"
+    ROBOT = "robot"
+
+
+class Do(str, Enum):
+    """Keys of a scene file that say what happens then."""
+
+    SPAWN = "spawn"
+    DELETE = "delete"
+    PUSH = "push"
+    MOVE = "move"
+    CAMERA = "camera"
 
 
 @dataclass(frozen=True)
@@ -137,23 +156,23 @@ def _event(fields: Fields, i: int, faults: Faults, spawn_reader: Callable[[Field
     when = _trigger(fields.section("when"))
     action = fields.section("do")
     fields.finish()
-    kinds = [kind for kind in ACTIONS if action.has(kind)]
+    kinds = [kind for kind in Do if action.has(kind.value)]
     if len(kinds) != 1:
-        faults.add(action.key, sorted(map(str, action.raw)), f"exactly one of {', '.join(ACTIONS)}")
+        faults.add(action.key, sorted(map(str, action.raw)), f"exactly one of {', '.join(Do)}")
         return Event(name, when)
     event = _action(name, when, kinds[0], action, spawn_reader)
     action.finish()
     return event
 
 
-def _action(name: str, when: Trigger, kind: str, action: Fields, spawn_reader: Callable[[Fields], ThingSpec]) -> Event:
-    if kind == "spawn":
+def _action(name: str, when: Trigger, kind: Do, action: Fields, spawn_reader: Callable[[Fields], ThingSpec]) -> Event:
+    if kind is Do.SPAWN:
         return Event(name, when, spawn=spawn_reader(action.section("spawn")))
-    if kind == "delete":
+    if kind is Do.DELETE:
         return Event(name, when, delete=action.text("delete"))
-    if kind == "camera":
+    if kind is Do.CAMERA:
         return Event(name, when, camera=action.whole("camera", 1, 4, 1), camera_on=action.flag("enabled"))
-    if kind == "move":
+    if kind is Do.MOVE:
         return Event(
             name,
             when,
@@ -172,17 +191,17 @@ def _action(name: str, when: Trigger, kind: str, action: Fields, spawn_reader: C
 
 
 def _trigger(fields: Fields) -> Trigger:
-    kinds = [kind for kind in ("time", "state", "raster", "robot") if fields.has(kind)]
+    kinds = [kind for kind in When if fields.has(kind.value)]
     after_s = fields.number("after", 0.0, 3600.0, "s", 0.0)
     trigger = Trigger(after_s=after_s)
     if len(kinds) != 1:
-        fields.faults.add(fields.key, sorted(map(str, fields.raw)), "exactly one of time, state, raster, robot")
+        fields.faults.add(fields.key, sorted(map(str, fields.raw)), f"exactly one of {', '.join(When)}")
         return trigger
-    if kinds[0] == "time":
+    if kinds[0] is When.TIME:
         trigger = Trigger(time_s=fields.number("time", 0.0, 86400.0, "s"), after_s=after_s)
-    elif kinds[0] == "state":
+    elif kinds[0] is When.STATE:
         trigger = Trigger(state=fields.text("state", choices=COMMANDER_STATES), after_s=after_s)
-    elif kinds[0] == "raster":
+    elif kinds[0] is When.RASTER:
         arm = fields.text("manipulator") if fields.has("manipulator") else ""
         trigger = Trigger(raster=fields.number("raster", 0.0, 1.0, ""), arm=arm, after_s=after_s)
     else:
