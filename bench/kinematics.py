@@ -4,8 +4,8 @@
     python3 bench/kinematics.py [--poses 10000] [--page bench/kinematics.md]
 
 TRAC-IK (pip install pytracik==0.0.3) and EAIK (pip install --no-deps eaik==1.2.2) are peers, not dependencies: without
-them their lines say so. Times are of the process's processors, so that other work beside it changes little. A row a
-call goes to ``bench/data/kinematics.csv``; the table is made of those rows.
+them their lines say so. Times are of the process's processors, so that other work beside it changes less. A row a pose
+or batch goes to ``bench/data/kinematics.csv``; the table is made of those rows.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from itertools import chain
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
@@ -82,7 +83,7 @@ def main() -> int:
     print(f"seed {chosen.seed}, {chosen.poses} poses", flush=True)
     rows: List[Row] = []
     lines: List[Tuple[str, ...]] = []
-    for name, part in (*ours(poses), *kdl(poses), *tracik(poses), *eaik(poses), *printed(q, poses)):
+    for name, part in chain(ours(poses), kdl(poses), tracik(poses), eaik(poses), printed(q, poses)):
         rows += part
         lines.append(line(TITLES[name], part))
         print("  ".join(lines[-1]), flush=True)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Dict, List
+from typing import Callable, Dict, List
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "bench"))
 
-from missions import write_csv  # noqa: E402 (bench is no package)
+import kinematics  # noqa: E402 (bench is no package)
+import localisation  # noqa: E402
+from missions import write_csv  # noqa: E402
 from planning_report import write_report  # noqa: E402
 from planning_table import Table, read_rows  # noqa: E402
 
@@ -30,6 +32,44 @@ def test_all_planners_of_the_fleets_were_given_the_same_instances() -> None:
         instances.setdefault(row["planner"], set()).add((row["family"], row["seed"], row["robots"]))
     assert len(instances) > 5
     assert all(found == instances["yarm"] for found in instances.values())
+
+
+@pytest.mark.parametrize(
+    ("file", "line"),
+    [
+        ("localisation_starts.csv", localisation.start_line),
+        ("localisation_tours.csv", localisation.tour_line),
+    ],
+)
+def test_the_tables_of_the_localisation_are_of_the_rows(file: str, line: Callable[[str, List[Dict[str, str]]], str]):
+    sets: Dict[str, List[Dict[str, str]]] = {}
+    for row in read_rows(ROOT / "bench" / "data" / file):
+        sets.setdefault(row["set"], []).append(row)
+    page = (ROOT / "bench" / "localisation.md").read_text(encoding="utf-8").splitlines()
+    assert len(sets) >= 2
+    assert [line(name, rows) for name, rows in sets.items() if line(name, rows) not in page] == []
+
+
+def test_the_table_of_the_kinematics_is_of_the_rows() -> None:
+    methods: Dict[str, List[Dict[str, object]]] = {}
+    for row in read_rows(ROOT / "bench" / "data" / "kinematics.csv"):
+        numbers = {key: float(value) if value else "" for key, value in row.items() if key != "method"}
+        methods.setdefault(row["method"], []).append(numbers)
+    page = (ROOT / "bench" / "kinematics.md").read_text(encoding="utf-8").splitlines()
+    assert set(methods) == set(kinematics.TITLES)
+    for name, rows in methods.items():
+        assert f"| {' | '.join(kinematics.line(kinematics.TITLES[name], rows))} |" in page
+
+
+def test_what_is_said_of_the_hand_is_of_the_rows() -> None:
+    picks: Dict[str, List[Dict[str, str]]] = {}
+    for row in read_rows(ROOT / "bench" / "data" / "hand_picks.csv"):
+        picks.setdefault(row["error_m"], []).append(row)
+    taken = {error: sum(row["taken"] == "True" for row in rows) for error, rows in picks.items()}
+    page = (ROOT / "docs" / "manipulation.md").read_text(encoding="utf-8")
+    for error, said in (("0.01", "tip is within 1 cm"), ("0.03", "within the 3 cm")):
+        (line,) = [line for line in page.splitlines() if said in line]
+        assert f"| {taken[error]} of {len(picks[error])}" in line
 
 
 def test_a_row_is_made_once_and_survives_a_stop(tmp_path: Path) -> None:
