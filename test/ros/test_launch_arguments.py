@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
+from pathlib import Path
 
 import pytest
 import yaml
@@ -57,6 +59,25 @@ def test_a_recording_is_a_file(tmp_path):
     assert faults([f"recording:={tmp_path / 'run.bag'}", "rate:=2.0", "start:=0.0", "loop:=false"]) == []
     (fault,) = faults(["recording:=nowhere.bag"])
     assert "no such file" in fault
+
+
+@pytest.mark.parametrize("mission", ["cell", "exploration", "inspection"])
+def test_a_replay_shows_each_mission_with_its_own_picture(mission, tmp_path):
+    (tmp_path / "run.bag").touch()
+    assert faults([f"mission:={mission}"]) == []
+    set_up = dumped("replay", f"bag:={tmp_path / 'run.bag'}", f"mission:={mission}", "rviz:=false")
+    assert ("/robot_description" in set_up) == (mission != "cell")
+    command = ["roslaunch", "--args", "rviz", "yarm", "replay.launch", f"bag:={tmp_path / 'run.bag'}"]
+    environment = {**os.environ, "DISPLAY": ":0"}
+    told = subprocess.run(
+        [*command, f"mission:={mission}"], check=True, capture_output=True, text=True, timeout=60, env=environment
+    ).stdout.split()
+    assert Path(told[told.index("-d") + 1]).is_file()
+
+
+def test_nothing_else_can_be_replayed():
+    (fault,) = faults(["mission:=sanding"])
+    assert "cell, exploration, inspection" in fault
 
 
 def test_good_arguments_pass():
