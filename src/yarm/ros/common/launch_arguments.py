@@ -114,6 +114,7 @@ CHECKS: Dict[str, Check] = {
     "check_steps": _one_of(*(mode.value for mode in CheckSteps)),
     "real_time_factor": _number(0.0, 100.0),
     "recording": _recording,
+    "drive": _one_of("mux", "move_base"),
     "mission": _one_of("cell", "exploration", "inspection"),
     "rate": _number(0.01, 100.0),
     "start": _number(0.0, 1e6),

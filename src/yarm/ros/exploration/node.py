@@ -104,7 +104,7 @@ class ExplorerNode:
             lease = self._session.lease()
             keeper = self._session.keeper
         self._outputs.status(step, lease, seen.pose, self._saver.saved)
-        self._outputs.command(step)
+        self._outputs.command(step, now_s)
         self._outputs.acknowledge(now_s)
         for order in step.saves:
             self._saver.save(order)

@@ -6,7 +6,7 @@ from typing import List, Optional
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
 
 from yarm.exploration.deadline import Lease
@@ -21,7 +21,8 @@ from yarm.ros.common.acks import step_ack
 from yarm.ros.common.conversions import pose_message
 from yarm.ros.common.pictures import Picture
 from yarm.ros.exploration.drawing import bump_markers, frontier_markers, view_markers
-from yarm.ros.exploration.params import ExplorerParams
+from yarm.ros.exploration.driving import DrivesByMoveBase, DrivesItself, Driving, twist_of
+from yarm.ros.exploration.params import MOVE_BASE, ExplorerParams
 from yarm.ros.navigation.maps import grid_message
 
 MAP_PERIOD_S = 1.0
@@ -40,7 +41,7 @@ class ExplorerOutputs:
         frame, advertise = params.map_frame, rospy.Publisher
         self._status = advertise("~status", ExplorerStatus, queue_size=10, latch=True, tcp_nodelay=True)
         self._events = advertise("~events", ExplorerEvent, queue_size=1000)
-        self._command = advertise(names.TELEOP, Twist, queue_size=10, tcp_nodelay=True)
+        self._driving: Driving = DrivesByMoveBase(frame) if params.drive == MOVE_BASE else DrivesItself()
         self._map = advertise("~map", OccupancyGrid, queue_size=1, latch=True)
         self._plan = advertise("~plan", Path, queue_size=2, latch=True)
         self._path = advertise("~path", Path, queue_size=2, latch=True)
@@ -52,6 +53,7 @@ class ExplorerOutputs:
     def forget(self) -> None:
         """Time went backwards, or a run begins: nothing drawn, nothing counted."""
         self._sent = 0
+        self._driving.forget()
         self._map_count, self._map_s, self._picture_s = -1, -1.0, -1.0
         self._trail: List[Pose2] = []
         self._places: List[Pose2] = []
@@ -59,12 +61,11 @@ class ExplorerOutputs:
 
     def connected(self) -> bool:
         """Somebody hears the commands and the acknowledgements."""
-        return all(int(publisher.get_num_connections()) > 0 for publisher in (self._command, self._ack))
+        return self._driving.connected() and int(self._ack.get_num_connections()) > 0
 
-    def command(self, step: SessionStep) -> None:
-        """What the base is told: one message a pass."""
-        self._command.publish(_twist(step))
-        self._sent += 1
+    def command(self, step: SessionStep, now_s: float) -> None:
+        """What the base is told, or its navigation."""
+        self._sent += self._driving.drive(step, now_s)
 
     def took(self, ms: float) -> None:
         """How long a pass took, ms of wall time."""
@@ -101,7 +102,7 @@ class ExplorerOutputs:
             message.goal = pose_message(goal.x, goal.y, 0.0, goal.yaw_rad)
         if here is not None:
             message.pose = pose_message(here.x, here.y, 0.0, here.yaw_rad)
-        message.command = _twist(step)
+        message.command = twist_of(step.command)
         self._status.publish(message)
         for event in step.events:
             self._events.publish(self._event(event, lease.stamp_s))
@@ -146,9 +147,3 @@ class ExplorerOutputs:
             pose.header = message.header
             message.poses.append(pose)
         return message
-
-
-def _twist(step: SessionStep) -> Twist:
-    message = Twist()
-    message.linear.x, message.angular.z = step.command.v_mps, step.command.w_radps
-    return message

@@ -17,6 +17,10 @@ from yarm.params import ParamError, build_noting, param
 
 REPORT = "report"
 """Namespace of the numbers of the report's method, and the controller that takes them."""
+MUX, MOVE_BASE = "mux", "move_base"
+"""Who drives the base: the explorer itself through the multiplexer, or the navigation by its goals."""
+WITHOUT_GOALS = ("report", "report_printed")
+"""Controllers that drive by what the scan shows, to no place."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,7 @@ class ExplorerParams(ExploreParams):
     """The explorer: the run, its limits, where the map goes."""
 
     seed: int = param(3, "", "seed of the controller's draws", 0, 2**31 - 1)
+    drive: str = param(MUX, "", "out through the multiplexer, or by goals for move_base", choices=(MUX, MOVE_BASE))
     autostart: bool = param(True, "", "begin as soon as every sensor is there; false: wait for ~start")
     map_path: str = param("map", "", "the map is saved as this with .pgm and .yaml; its folder is made when missing")
     transform_tolerance: float = param(0.3, "s", "an older transform map -> odom counts as missing", 0.05, 10.0)
@@ -77,6 +82,10 @@ def _faults_between(params: ExplorerParams) -> List[str]:
     found = [params.faults] if params.faults else []
     if params.controller not in CONTROLLERS:
         found.append(f"controller = {params.controller!r}: must be one of {', '.join(sorted(CONTROLLERS))}")
+    if params.drive == MOVE_BASE and params.controller in WITHOUT_GOALS:
+        found.append(f"drive = {params.drive!r}: controller {params.controller!r} has no goals that it could send")
+    if params.drive == MOVE_BASE and params.sync:
+        found.append(f"drive = {params.drive!r}: goes without lock-step only, sync must be false")
     try:
         params.saves_as.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
