@@ -2,7 +2,7 @@
 
 The gate stands after the controller, in a process of its own. It lets commands through only while the explorer says,
 again and again, that the robot may move (its lease). An explorer that dies, hangs or puts off its own deadline moves
-nothing.
+nothing. Others who decide where a robot drives, such as the inspector, can hold it in the same way.
 """
 
 from __future__ import annotations
@@ -74,8 +74,9 @@ class Passed:
 class Gate:
     """Every command to the base goes through here; pure, on simulated seconds."""
 
-    def __init__(self) -> None:
-        """Closed until the explorer is heard."""
+    def __init__(self, who: str = "explorer") -> None:
+        """Closed until it is heard that the robot may move, from somebody of this name."""
+        self._who = who
         self.reset()
 
     def reset(self) -> None:
@@ -124,11 +125,11 @@ class Gate:
         if self._over:
             return "stands: the time is over; another run needs the nodes started again"
         if lease is None:
-            return "stands: nothing heard from the explorer yet; start it"
+            return f"stands: nothing heard from the {self._who} yet; start it"
         if now_s - lease.stamp_s > LEASE_AGE_S:
             age_s = now_s - lease.stamp_s
             return (
-                f"stands: nothing heard from the explorer for {age_s:.1f} s, at most {LEASE_AGE_S:g} s; "
+                f"stands: nothing heard from the {self._who} for {age_s:.1f} s, at most {LEASE_AGE_S:g} s; "
                 "look whether it still runs"
             )
         if not lease.moving:

@@ -25,7 +25,7 @@ LEAST_INLIERS = 8
 SMOOTH_PX, FLATTEN_PX = 1.6, 20.0
 """Likeness compares what lies between these scales: finer is noise, coarser is light."""
 COARSE = 4
-"""The shift is searched on pictures so many times smaller."""
+"""The shift is searched, and the light taken, on pictures so many times smaller."""
 ECC_STEPS, ECC_EPSILON = 30, 1e-3
 
 
@@ -60,15 +60,17 @@ class Reference:
 def flattened(picture: GreyImage, mask: Optional[GreyImage] = None) -> FloatImage:
     """A picture without its noise and without slow changes of light; pixels where the mask is 0 count nothing."""
     seen = np.ones(picture.shape, np.float32) if mask is None else (mask > 0).astype(np.float32)
-    smooth = [_mean_around(picture.astype(np.float32), seen, width) for width in (SMOOTH_PX, FLATTEN_PX)]
-    flat: FloatImage = (smooth[0] - smooth[1]) * seen
+    grey = picture.astype(np.float32) * seen
+    smooth, weight = (cv2.GaussianBlur(image, (0, 0), SMOOTH_PX) for image in (grey, seen))
+    light, light_weight = (cv2.GaussianBlur(_smaller(image), (0, 0), FLATTEN_PX / COARSE) for image in (grey, seen))
+    light = cv2.resize(_mean(light, light_weight), (picture.shape[1], picture.shape[0]), interpolation=cv2.INTER_LINEAR)
+    flat: FloatImage = (_mean(smooth, weight) - light) * seen
     return flat
 
 
-def _mean_around(picture: FloatImage, seen: FloatImage, width_px: float) -> FloatImage:
-    """Gaussian mean of the pixels that are seen."""
-    weight = cv2.GaussianBlur(seen, (0, 0), width_px)
-    mean: FloatImage = cv2.GaussianBlur(picture * seen, (0, 0), width_px) / np.maximum(weight, 1e-3)
+def _mean(total: FloatImage, weight: FloatImage) -> FloatImage:
+    """Mean of the pixels that are seen, of weighted sums."""
+    mean: FloatImage = total / np.maximum(weight, 1e-3)
     return mean
 
 
@@ -76,18 +78,20 @@ def reference_of(picture: GreyImage, detector: Detector) -> Reference:
     """What is kept of a tag's picture of any size."""
     small = cv2.resize(picture, UPRIGHT_PX, interpolation=cv2.INTER_AREA)
     flat = flattened(small)
-    return Reference(detector.find(small), flat, _coarse(flat))
+    return Reference(detector.find(small), flat, _smaller(flat))
 
 
-def fits(face: Upright, references: Mapping[int, Reference], detector: Detector) -> Tuple[List[Fit], int]:
-    """Every tag laid on a face where the pose puts it, and the number of keypoints on the face.
+def fits(
+    face: Upright, flat: FloatImage, references: Mapping[int, Reference], detector: Detector
+) -> Tuple[List[Fit], int]:
+    """Every tag laid on a face, which is given flattened too, where the pose puts it; and how many keypoints it has.
 
     The two tags with the most matches that agree, and the one whose shifted picture is likest, are aligned closely.
     """
     inner = cv2.erode(face.mask, np.ones((5, 5), np.uint8))
     scene = detector.find(face.picture, inner)
-    flat = flattened(face.picture, face.mask)
-    shifted = {n: _shifted(flat, face.share, reference) for n, reference in references.items()}
+    coarse = _smaller(flat)
+    shifted = {n: _shifted(coarse, face.share, reference) for n, reference in references.items()}
     gated = _gated_matches(scene, references)
     matched = {n: _by_matches(references[n], scene, gated.get(n)) for n in references}
     close = sorted(references, key=lambda n: -matched[n][0])[:2]
@@ -117,14 +121,14 @@ def likeness_of(flat: FloatImage, mask: GreyImage, reference: Reference, homogra
     return float((a * b).sum()) / scale if scale > 0.0 else 0.0
 
 
-def _coarse(flat: FloatImage) -> FloatImage:
-    small: FloatImage = cv2.resize(flat, None, fx=1 / COARSE, fy=1 / COARSE, interpolation=cv2.INTER_AREA)
+def _smaller(image: FloatImage) -> FloatImage:
+    small: FloatImage = cv2.resize(image, None, fx=1 / COARSE, fy=1 / COARSE, interpolation=cv2.INTER_AREA)
     return small
 
 
-def _shifted(flat: FloatImage, share: float, reference: Reference) -> Tuple[float, Tuple[float, float]]:
+def _shifted(coarse: FloatImage, share: float, reference: Reference) -> Tuple[float, Tuple[float, float]]:
     """Likeness at the best shift, and the shift of the tag's corner, upright pixels. Hidden parts of the face are 0."""
-    scores = cv2.matchTemplate(_coarse(flat), reference.coarse, cv2.TM_CCORR_NORMED)
+    scores = cv2.matchTemplate(coarse, reference.coarse, cv2.TM_CCORR_NORMED)
     _, best, _, (x, y) = cv2.minMaxLoc(scores)
     likeness = float(np.clip(best / np.sqrt(max(share, 0.05)), -1.0, 1.0))
     return likeness, (float(x * COARSE), float(y * COARSE))

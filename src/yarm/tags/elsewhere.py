@@ -45,7 +45,8 @@ def find_anywhere(
     grey: GreyImage, view: FaceView, references: Mapping[int, Reference], detector: Detector
 ) -> Optional[Found]:
     """The tag with the most matches that agree, outside the other known boxes; None when none is sure."""
-    mask = view.other_tags_mask()
+    mask = view.other_tags_mask()[: view.robot_row]
+    grey = grey[: view.robot_row]
     scale = min(1.0, max(LEAST_SCALE, UPRIGHT_PX[0] * _distance(view) / (view.camera.focal_px * view.size.width)))
     size = (round(grey.shape[1] * scale), round(grey.shape[0] * scale))
     small = [cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in (grey, mask)]

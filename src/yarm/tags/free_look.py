@@ -14,7 +14,7 @@ import numpy as np
 
 from yarm.geometry import FloatArray
 from yarm.params import param
-from yarm.tags.alignment import Reference, fits, reference_of
+from yarm.tags.alignment import Reference, fits, flattened, reference_of
 from yarm.tags.calibration import Calibration, Measures, load_calibration, probabilities
 from yarm.tags.face_view import MARGIN_PX, UPRIGHT_PX, Upright
 from yarm.tags.features import Detector, Features, available_detectors
@@ -164,8 +164,9 @@ class FreeRecogniser:
     def _judged(self, grey: GreyImage, sight: Sight) -> Dict[int, float]:
         """Probability of every answer for what lies where this sight is."""
         face = _upright(grey, sight)
-        laid, _ = fits(face, self._references, self._judge)
-        measures = Measures({fit.tag: (fit.likeness, fit.inliers) for fit in laid}, texture_of(face))
+        flat = flattened(face.picture, face.mask)
+        laid, _ = fits(face, flat, self._references, self._judge)
+        measures = Measures({fit.tag: (fit.likeness, fit.inliers) for fit in laid}, texture_of(face, flat))
         return probabilities(measures, self._calibration)
 
 

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from yarm.geometry import Pose2, wrap_angle
-from yarm.tags.alignment import Fit, best_first, fits, flattened, reference_of
+from yarm.tags.alignment import Fit, FloatImage, best_first, fits, flattened, reference_of
 from yarm.tags.calibration import Calibration, Measures, load_calibration, probabilities
 from yarm.tags.elsewhere import Found, find_anywhere, pose_from_homography
 from yarm.tags.face_view import MARGIN_PX, FaceView, Upright, outline_support, upright
@@ -120,8 +120,9 @@ class Recogniser:
         unusable = _unusable(face)
         if face is None or unusable is not None:
             return unusable or Look(Status.OUT_OF_VIEW)
-        found, _ = fits(face, self._references, self._detector)
-        texture = texture_of(face)
+        flat = flattened(face.picture, face.mask)
+        found, _ = fits(face, flat, self._references, self._detector)
+        texture = texture_of(face, flat)
         best = best_first(found)[0]
         measured = None
         finding = Finding.IN_PLACE
@@ -150,15 +151,14 @@ class Recogniser:
         return found if found is not None and _is_own(found.box, view) else None
 
 
-def texture_of(face: Upright) -> float:
-    """Deviation of the face's grey, inside its edge, without light and noise, for a mean of 1."""
+def texture_of(face: Upright, flat: FloatImage) -> float:
+    """Deviation of the face's grey, inside its edge, without light and noise (flattened), for a mean of 1."""
     edge = MARGIN_PX + FRAME_PX
     inner = (slice(edge, -edge), slice(edge, -edge))
     seen = cv2.erode(face.mask, np.ones((7, 7), np.uint8))[inner] > 0
     if np.count_nonzero(seen) < 200:
         return 0.0
-    flat = flattened(face.picture, face.mask)[inner][seen]
-    return float(flat.std()) / max(1.0, float(face.picture[inner][seen].mean()))
+    return float(flat[inner][seen].std()) / max(1.0, float(face.picture[inner][seen].mean()))
 
 
 def _unusable(face: Optional[Upright]) -> Optional[Look]:

@@ -75,7 +75,7 @@ def test_the_right_tag_lies_best_by_far(detector: Detector) -> None:
     frame, T_world_optical = view(TAGS[6], robot_at(0.7, 25.0))
     face = upright(frame.grey, FaceView(T_world_optical, BOX))
     assert face is not None
-    found, keypoints = fits(face, references, detector)
+    found, keypoints = fits(face, flattened(face.picture, face.mask), references, detector)
     first, second, _ = best_first(found)
     assert keypoints > 50
     assert (first.tag, first.inliers > 30) == (6, True)

@@ -136,6 +136,7 @@ CHECKS: Dict[str, Check] = {
             "inspector",
             "return_to_start",
             "autostart",
+            "gate",
             "rough_pose",
         ),
         _BOOL,

@@ -7,6 +7,7 @@ multiplexer, means zero, and a dead gate leaves the base without commands, which
 from __future__ import annotations
 
 import threading
+from typing import Mapping, Tuple, Type, Union
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -14,7 +15,7 @@ from rosgraph_msgs.msg import Clock
 
 from yarm.exploration.deadline import COMMAND_AGE_S, Gate, Lease, Passed
 from yarm.exploration.model import LOOP_S, Command
-from yarm.msg import ExplorerStatus, StepAck
+from yarm.msg import ExplorerStatus, InspectionStatus, StepAck
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper
@@ -27,6 +28,24 @@ SILENT_S = COMMAND_AGE_S + LOOP_S
 """When no command has come for so long the gate speaks by itself, every pass of the explorer's loop, s."""
 
 
+NEVER_S = 1e9
+"""A deadline that never comes."""
+Said = Union[ExplorerStatus, InspectionStatus]
+STATUS: Mapping[str, Tuple[str, Type[Said]]] = {
+    names.EXPLORER_NODE: (names.explorer("status"), ExplorerStatus),
+    names.INSPECTOR_NODE: (names.inspector("status"), InspectionStatus),
+}
+"""Whose word counts as a lease: topic and message."""
+
+
+def lease_of(message: Said) -> Lease:
+    """What a status grants; the inspector's, that the robot may move as long as the node lives."""
+    stamp_s = message.header.stamp.to_sec()
+    if isinstance(message, InspectionStatus):
+        return Lease(stamp_s, 0.0, NEVER_S, True)
+    return Lease(stamp_s, message.started.to_sec(), message.deadline.to_sec(), message.moving)
+
+
 class VelocityGate:
     """Ties the gate to topics. Every callback takes the lock."""
 
@@ -34,29 +53,25 @@ class VelocityGate:
         """Listen and advertise; all work is done in callbacks."""
         self._sync = params.sync
         self._lock = threading.Lock()
-        self._gate = Gate()
+        self._gate = Gate(params.lease)
         self._now_s, self._sent_s = 0.0, 0.0
         self._reason, self._own = "", 0
-        self._door = Doorkeeper(names.explorer("status"))
+        topic, kind = STATUS[params.lease]
+        self._door = Doorkeeper(topic)
         self._base = rospy.Publisher(names.BASE_VELOCITY, Twist, queue_size=10, tcp_nodelay=True)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
         self._input = rospy.Subscriber("~input", Twist, self._on_command, queue_size=10, tcp_nodelay=True)
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
-        self._subscribers = [
-            rospy.Subscriber(
-                names.explorer("status"), ExplorerStatus, self._on_status, queue_size=10, tcp_nodelay=True
-            ),
-            rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True),
-        ]
+        self._leases = rospy.Subscriber(topic, kind, self._on_status, queue_size=10, tcp_nodelay=True)
+        self._ticks = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True)
 
-    def _on_status(self, message: ExplorerStatus) -> None:
-        stamp_s = message.header.stamp.to_sec()
-        lease = Lease(stamp_s, message.started.to_sec(), message.deadline.to_sec(), message.moving)
+    def _on_status(self, message: Said) -> None:
+        lease = lease_of(message)
         with self._lock:
             self._now_s = max(self._now_s, rospy.get_time())
             taken = self._gate.hear(lease, self._now_s)
-        self._door.refuses(message, "" if taken else f"its stamp {stamp_s:.2f} s lies in the future")
+        self._door.refuses(message, "" if taken else f"its stamp {lease.stamp_s:.2f} s lies in the future")
 
     def _on_command(self, message: Twist) -> None:
         with self._lock:
@@ -76,8 +91,9 @@ class VelocityGate:
                 self._acknowledge(message.clock)
 
     def _acknowledge(self, stamp: rospy.Time) -> None:
-        """Lock-step: this tick is done, as soon as the node is connected on both sides; what it said unasked counts."""
-        if self._base.get_num_connections() and self._input.get_num_connections():
+        """Lock-step: this tick is done, as soon as the node is connected on all sides; what it said unasked counts."""
+        connected = (self._base, self._input, self._leases)
+        if all(side.get_num_connections() for side in connected):
             self._ack.publish(step_ack(stamp, self._own))
 
     def _send(self, passed: Passed) -> None:

@@ -51,6 +51,7 @@ class ExplorerParams(ExploreParams):
 class GateParams:
     """The velocity gate; how it brakes is in ``yarm.exploration.deadline``."""
 
+    lease: str = param("explorer", "", "node without whose word nobody drives", choices=("explorer", "inspector"))
     sync: bool = param(False, "", "lock-step: acknowledge every tick")
 
 

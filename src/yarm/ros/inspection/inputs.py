@@ -6,7 +6,7 @@ import math
 import threading
 import time
 from collections import deque
-from typing import Deque, Optional
+from typing import Deque, Optional, Set
 
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
@@ -15,6 +15,7 @@ from std_msgs.msg import Bool, String
 
 from yarm.geometry.scans import Odometry, Scan
 from yarm.inspection.senses import Picture, Senses
+from yarm.msg import StepAck
 from yarm.navigation.grid_map import GridMap
 from yarm.ros.common import names
 from yarm.ros.common.checks import present_s
@@ -39,6 +40,7 @@ class InspectorInputs:
         self._params, self._navigation = params, navigation
         self._changed = threading.Condition()
         self._frames = Frames()
+        self._answered: Set[str] = set()
         self.map_count = 0
         """Grows with every map."""
         self.map: Optional[GridMap] = None
@@ -51,6 +53,8 @@ class InspectorInputs:
             listen(names.AMCL_REASON, String, self._on_reason, 10),
             listen(names.RGB_IMAGE, Image, self._on_image, 1),
         ]
+        if params.waits_for:
+            self._subscribers.append(listen(names.STEP_ACK, StepAck, self._on_ack, 100))
 
     def forget(self) -> None:
         """Time went backwards: of what moves nothing is known."""
@@ -61,6 +65,10 @@ class InspectorInputs:
             self._pictures: Deque[Image] = deque(maxlen=MOST_PICTURES)
             self._camera = PictureWatch()
         self._frames.forget()
+
+    def together(self) -> bool:
+        """Lock-step: everybody the first pass waits for is connected and has said so."""
+        return set(self._params.waits_for) <= self._answered
 
     def observe(self, now_s: float) -> Senses:
         """Everything that is known at a pass; a picture is handed out once."""
@@ -149,6 +157,10 @@ class InspectorInputs:
             with self._changed:
                 self.map, self.map_count = grid, self.map_count + 1
         return fault
+
+    def _on_ack(self, message: StepAck) -> str:
+        self._answered.add(message.node)
+        return ""
 
     def _on_image(self, message: Image) -> str:
         with self._changed:

@@ -129,7 +129,7 @@ class InspectorNode:
         """Lock-step begins when nothing that is said can be lost."""
         if not self._params.sync:
             return True
-        return self._outputs.connected() and self._navigation.connected()
+        return self._outputs.connected() and self._navigation.connected() and self._inputs.together()
 
     def _pass(self, now_s: float) -> None:
         began = time.perf_counter()

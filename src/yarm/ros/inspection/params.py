@@ -35,6 +35,7 @@ class InspectorParams(RoundParams):
     map_frame: str = param("map", "", "the map's frame")
     visualize: bool = param(True, "", "publish boxes, viewpoints and time left for RViz")
     sync: bool = param(False, "", "lock-step: take in all of a pass before it is decided, and acknowledge it")
+    waits_for: Tuple[str, ...] = param((), "", "lock-step: nodes that must have answered before the first pass")
     sync_wait: float = param(2.0, "s", "lock-step: wall time a pass waits for what was measured at it", 0.01, 60.0)
 
     @property

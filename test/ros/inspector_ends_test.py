@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""The inspector is told to end, or is killed, while the robot drives: the robot stands, and what was read is kept."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import sys
+from pathlib import Path
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from yarm.msg import InspectionStatus
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.listening import ListeningTest
+from yarm.geometry import Pose2
+from yarm.ros.common import names
+from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.experiment.usage import node_pids
+
+NODE = f"/{names.INSPECTOR_NODE}"
+FAST_MPS, FAST_RADPS = 0.1, 0.2
+STOPS_S, STANDS_S = 1.5, 4.0
+"""Simulated time in which it comes to rest, and for which it is watched then: a drive that goes on moves on in it."""
+STILL_M, STILL_RAD = 0.02, 0.05
+
+
+class InspectorEndsTest(ListeningTest):
+    limit_s = 400.0
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.signal = signal.Signals[rospy.get_param("~signal")]
+        cls.result = Path(rospy.get_param("~result"))
+        cls.listen((names.inspector("status"), InspectionStatus), (names.SIM_POSE, Odometry))
+
+    def drives_on_after_a_verdict(self) -> bool:
+        """It has read a box, and drives to the next one."""
+        statuses, truths = self.kept[names.inspector("status")], self.kept[names.SIM_POSE]
+        if not statuses or not truths or statuses[-1].stage != "drive" or not statuses[-1].verdicts:
+            return False
+        twist = truths[-1].twist.twist
+        return bool(math.hypot(twist.linear.x, twist.linear.y) > FAST_MPS or abs(twist.angular.z) > FAST_RADPS)
+
+    def truth_after(self, at_s: float) -> Pose2:
+        """Where the robot is at the first message from a time on."""
+        found = self.wait(
+            lambda: next((m for m in self.kept[names.SIM_POSE] if m.header.stamp.to_sec() >= at_s), None),
+            f"the robot's pose at {at_s:.1f} s",
+        )
+        return pose2_of_pose(found.pose.pose)
+
+    def test_the_robot_stands_and_what_was_read_is_kept(self) -> None:
+        self.wait(self.drives_on_after_a_verdict, "a drive after the first verdict")
+        pid = node_pids()[NODE]
+        read = len(self.kept[names.inspector("status")][-1].verdicts)
+        os.kill(pid, self.signal)
+        self.ask(lambda: not Path(f"/proc/{pid}").exists() or "State:\tZ" in Path(f"/proc/{pid}/status").read_text(),
+                 "the inspector's end")  # fmt: skip
+        ended_s = rospy.get_time()
+        rested = self.truth_after(ended_s + STOPS_S)
+        later = self.truth_after(ended_s + STOPS_S + STANDS_S)
+        self.assertLess(rested.distance(later), STILL_M)
+        self.assertLess(abs(math.remainder(later.yaw_rad - rested.yaw_rad, 2.0 * math.pi)), STILL_RAD)
+        lines = self.result.read_text().splitlines()
+        self.assertEqual(lines[0], "Tag is 0 means blank")
+        self.assertGreaterEqual(len(lines), 1 + read)
+        self.assertEqual(len([line for line in lines if line.startswith("boxNumber: ")]), len(lines) - 1)
+
+
+if __name__ == "__main__":
+    rospy.init_node("inspector_ends_test")
+    rostest.rosrun("yarm", "inspector_ends", InspectorEndsTest, sys.argv)
