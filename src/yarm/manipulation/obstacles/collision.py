@@ -20,10 +20,11 @@ import numpy as np
 
 from yarm.control.arm.collision import Clearance
 from yarm.geometry import FloatArray
-from yarm.geometry.solids import Shape, Solid
+from yarm.geometry.solids import Solid
 from yarm.geometry.urdf import UrdfModel, expand_xacro, parse_urdf
 from yarm.manipulation.motion.checkpoints import Obstacle
 from yarm.manipulation.obstacles.clearance_native import ArmBody, NativeClearance, library_path
+from yarm.manipulation.obstacles.fcl_bodies import fcl_geometry, fcl_manager, fcl_object
 from yarm.resources import resource
 from yarm.robots.youbot import (
     FOREARM_M,
@@ -86,8 +87,8 @@ class YoubotCollision:
         radii = np.array([np.linalg.norm(solid.half_extent) for solid in model.solids])
         self._pair_radii = radii[self._pairs].sum(axis=1)
         # What is bolted down stands where it stands: it is no obstacle's fault.
-        self._arm = _manager([item for index, _, item in self._links if index > 0])
-        self._obstacles = _manager([self._object(obstacle.solid, obstacle.name) for obstacle in obstacles])
+        self._arm = fcl_manager([item for index, _, item in self._links if index > 0])
+        self._obstacles = fcl_manager([self._object(obstacle.solid, obstacle.name) for obstacle in obstacles])
         self._empty = not obstacles
         path = library or library_path()
         self._native = None if path is None else NativeClearance(path, self._body(model), [o.solid for o in obstacles])
@@ -136,9 +137,9 @@ class YoubotCollision:
         return Clearance(distance, " and ".join(names))
 
     def _object(self, solid: Solid, name: str) -> Any:
-        geometry = _geometry(solid)
+        geometry = fcl_geometry(solid)
         self._names[id(geometry)] = name
-        return fcl.CollisionObject(geometry, fcl.Transform(solid.pose[:3, :3], solid.pose[:3, 3]))
+        return fcl_object(geometry, solid.pose)
 
     def _set(self, q: FloatArray) -> FloatArray:
         """Put every solid where it is; their centres (n, 3)."""
@@ -177,18 +178,3 @@ def link_poses(q: FloatArray) -> Tuple[FloatArray, FloatArray]:
     rotations[5] = rotations[4] @ np.array(((c5, s5, 0.0), (-s5, c5, 0.0), (0.0, 0.0, 1.0)))
     origins[5] = c1 * out, s1 * out, up
     return rotations, origins
-
-
-def _geometry(solid: Solid) -> Any:
-    if solid.shape == Shape.BOX:
-        return fcl.Box(*solid.size)
-    if solid.shape == Shape.CYLINDER:
-        return fcl.Cylinder(*solid.size)
-    return fcl.Sphere(*solid.size)
-
-
-def _manager(items: Sequence[Any]) -> Any:
-    manager = fcl.DynamicAABBTreeCollisionManager()
-    manager.registerObjects(list(items))
-    manager.setup()
-    return manager
