@@ -94,7 +94,7 @@ class KnownRoomTest(ListeningTest):
         self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED, self.client.get_goal_status_text())
         truth = self.truth()
         self.assertLess(truth.distance(BEFORE_BOX), 0.05 + 0.05)
-        self.assertLess(abs(wrap_angle(truth.yaw_rad - BEFORE_BOX.yaw_rad)), 0.06 + 0.06)
+        self.assertLess(abs(wrap_angle(truth.yaw_rad - BEFORE_BOX.yaw_rad)), 0.04 + 0.06)
         contacts = [c for message in self.kept[names.SIM_CONTACTS] for c in message.contacts if c.kind == "failure"]
         self.assertEqual([f"{c.body_a}-{c.body_b}" for c in contacts], [])
 

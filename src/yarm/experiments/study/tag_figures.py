@@ -11,13 +11,13 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
+from yarm.experiments.inspect.sheet import our_pair, our_photo
 from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.experiments.statistics import Proportion, percentile
 from yarm.experiments.study.tag_views import TagView, drawn, picture_of, recogniser, report_recogniser, staged
 from yarm.sim.sensors.rgb_camera import Imaging
 from yarm.tags.calibration import BLANK, UNKNOWN
-from yarm.tags.face_view import MARGIN_PX, UPRIGHT_PX, upright
-from yarm.tags.pictures import DESIGNS, contact_sheet, shipped_pictures, size_at
+from yarm.tags.pictures import DESIGNS, contact_sheet, shipped_pictures
 from yarm.tags.printed import LEAST_GOOD_PRINTED
 from yarm.tags.report import (
     LEAST_AREA_PX2,
@@ -264,25 +264,13 @@ def plot_proof(folder: Path, number: int = PROOF_VIEW) -> Path:
     """One look of ours: the image with the predicted and the found outline, face beside tag with matches, answers."""
     frame, told, _ = staged(drawn(number))
     look = recogniser().look(frame.grey, told)
-    face, best = upright(frame.grey, told), look.fits[0]
+    best = look.fits[0]
     figure, axes = new_figure(14.0, 4.2, 3)
-    axes[0].imshow(frame.grey, cmap="gray", vmin=0, vmax=255)
-    expected = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]) * UPRIGHT_PX
-    shift = np.array([[1.0, 0.0, MARGIN_PX], [0.0, 1.0, MARGIN_PX], [0.0, 0.0, 1.0]])
-    outlines = [(shift, "tab:orange", "predicted"), (best.homography, "tab:green", "found")]
-    for homography, colour, label in outlines:
-        if homography is not None and face is not None:
-            corners = cv2.perspectiveTransform(expected[None].astype(float), face.to_image @ homography)[0]
-            axes[0].plot(*corners.T, color=colour, label=label)
-    axes[0].set(xlim=(0, frame.grey.shape[1]), ylim=(frame.grey.shape[0], 0))
-    axes[0].legend(fontsize="small")
-    if face is not None:
-        reference = np.zeros_like(face.picture)
-        inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
-        reference[inner] = size_at(UPRIGHT_PX, shipped_pictures()[best.tag])
-        axes[1].imshow(np.hstack([reference, face.picture]), cmap="gray", vmin=0, vmax=255)
-        for x, y, u, v in best.matches if best.matches is not None else ():
-            axes[1].plot([x + MARGIN_PX, u + reference.shape[1]], [y + MARGIN_PX, v], lw=0.4, color="tab:green")
+    axes[0].imshow(cv2.cvtColor(our_photo(frame.grey, told, look), cv2.COLOR_BGR2RGB))
+    axes[0].set_title("orange: where the pose puts the face, green: where the tag lies", fontsize=9)
+    pair = our_pair(frame.grey, told, look, shipped_pictures())
+    if pair is not None:
+        axes[1].imshow(cv2.cvtColor(pair, cv2.COLOR_BGR2RGB))
     title = f"tag {best.tag} and the face, upright: likeness {best.likeness:.2f}, {best.inliers} matches"
     axes[1].set_title(title, fontsize=9)
     names = {BLANK: "blank", UNKNOWN: "unknown"}

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Tuple
 
-from yarm.ros.common import api_navigation, names
+from yarm.ros.common import api_explorer, api_navigation, names
 from yarm.ros.common.api import Service, Topic
 from yarm.ros.common.api_rooms import MUX
 
@@ -16,12 +17,12 @@ TOPICS: Tuple[Topic, ...] = (
         names.inspector("status"),
         "yarm/InspectionStatus",
         INSPECTOR,
-        "people, experiments",
+        f"{names.GATE_NODE}, experiments, people",
         "10 Hz",
         names.MAP_FRAME,
         True,
         10,
-        "stage, box, time left, time home, verdicts so far, sick inputs, reason",
+        "the gate lives on it: stage, box, time left, time home, verdicts so far, sick inputs, reason",
     ),
     Topic(
         names.inspector("verdict"),
@@ -96,6 +97,14 @@ SERVICES: Tuple[Service, ...] = (
 )
 
 OWN = {topic.name for topic in TOPICS}
-EVERY_TOPIC: Tuple[Topic, ...] = (*(topic for topic in api_navigation.EVERY_TOPIC if topic.name not in OWN), *TOPICS)
+EVERY_TOPIC: Tuple[Topic, ...] = (
+    *(
+        replace(topic, sender=api_explorer.SENDERS[names.BASE_VELOCITY]) if topic.name == names.BASE_VELOCITY else topic
+        for topic in api_navigation.EVERY_TOPIC
+        if topic.name not in OWN
+    ),
+    *(topic for topic in api_explorer.TOPICS if topic.name == names.GATE_INPUT),
+    *TOPICS,
+)
 EVERY_SERVICE: Tuple[Service, ...] = (*api_navigation.EVERY_SERVICE, *SERVICES)
 """Of inspection.launch."""

@@ -138,6 +138,7 @@ CHECKS: Dict[str, Check] = {
             "autostart",
             "gate",
             "rough_pose",
+            "recogniser",
         ),
         _BOOL,
     ),
