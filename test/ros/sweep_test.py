@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.participant import Participant
 
 ROBOT = "ankurbot_1"
-HALF_M, CELL_M = 1.25, 0.5
+HALF_M, CELL_M = 1.0, 0.5
 GOAL_LIMIT_S = 120.0
 
 
@@ -68,8 +68,8 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(report.left_out, 0)
         self.assertEqual(self.failures, [])
         over = plan.gone_over(report.track)
-        self.assertFalse(over[2, 2], "the crate stands there")
-        self.assertGreaterEqual(int(over.sum()), 12)
+        self.assertFalse(over[3, 3], "the crate stands there")
+        self.assertGreaterEqual(int(over.sum()), 8)
         self.assertLess(np.abs(report.track).max(), 2.5)
 
     def test_an_unknown_robot_is_named_with_those_there_are(self) -> None:
