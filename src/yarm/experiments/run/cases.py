@@ -46,9 +46,16 @@ CASES: Mapping[str, Case] = {
     )
 }
 
+CELL_PREFIX = "random_"
+"""Names of random cells, and the folders of their results, begin with it."""
+CELL_LIMIT_S = 600.0
+"""Simulated seconds for 8 debris and the 120 s until a mission gives up what nobody can reach, more than once."""
+
 
 def case_of(name: str) -> Case:
-    """The case of that name; for a scene that is nobody's case, one without extra demands."""
+    """The case of that name; a random cell's; for a scene that is nobody's case, one without extra demands."""
+    if name.startswith(CELL_PREFIX):
+        return Case(name, "a random cell", CELL_LIMIT_S, refusals=True)
     return CASES.get(name, Case(name, f"scene {name}"))
 
 

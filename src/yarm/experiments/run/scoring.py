@@ -23,7 +23,8 @@ def judge(
 ) -> Tuple[str, ...]:
     """Everything that is wrong with a run, one sentence each; empty for a success."""
     faults: List[str] = []
-    if info.outcome != Ending.SUCCEEDED:
+    given_up = case.refusals and info.outcome == Ending.FAILED and any(refused(goal) for goal in goals)
+    if info.outcome != Ending.SUCCEEDED and not given_up:
         faults.append(f"the Commander's mission ended {info.outcome or 'never'!r}: {info.reason or 'no reason given'}")
     if not goals:
         faults.append("no goal was ever seen by the Commander")

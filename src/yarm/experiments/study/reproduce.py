@@ -10,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import List, Sequence
 
+from yarm.experiments.cells.study import add_options as cell_options
+from yarm.experiments.cells.study import cells
 from yarm.experiments.explore.figures import plot_final_maps, write_study
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.method_figure import plot_method
@@ -32,11 +34,11 @@ from yarm.exploration.report.params import ReportParams
 from yarm.geometry import Pose2
 
 BAR = 40
-STUDIES = ("table", "planning_time", "missions", "physics", "explore", "tags", "inspect")
+STUDIES = ("table", "planning_time", "missions", "physics", "explore", "tags", "inspect", "cells")
 MAPPED_IN_PRACTICE = ("report_printed", "report", "yarm")
 HALF_KNOWN_S = 150.0
 """The report's way with frontiers is shown on the map of `practice` at this time."""
-IN_PHYSICS = ("missions", "physics")
+IN_PHYSICS = ("missions", "physics", "cells")
 """These launch the whole system."""
 
 
@@ -54,6 +56,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--controller", action="append", help="of the exploration study, only this; may be repeated")
     inspect_options(options)
     tag_options(options)
+    cell_options(options)
     options.add_argument("--results", default="results/reproduce", help="folder to write to and to resume from")
     options.add_argument("--scheduler", default="", help="address of a Dask scheduler; default: local processes")
     options.add_argument("--workers", type=int, default=0, help="local processes; 0 for one a core")
@@ -163,6 +166,8 @@ def in_physics(options: argparse.Namespace, folder: Path) -> List[str]:
         texts.append(run_missions(folder / "missions", ProgressBar("missions")))
     if "physics" in wanted:
         texts.append(physics(options, folder))
+    if "cells" in wanted:
+        texts.append(cells(options, folder, ProgressBar))
     return texts
 
 

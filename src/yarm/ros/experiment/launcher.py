@@ -15,15 +15,19 @@ from typing import Dict, List, Sequence, Tuple
 import psutil
 import yaml
 
+from yarm.experiments.cells.outcome import cell_line, kind_of, read_cell
 from yarm.experiments.explore.writers import run_folder as explore_folder
 from yarm.experiments.inspect.writers import run_folder as inspect_folder
 from yarm.planning.model.params import PlannerParams
 from yarm.robots.hc10 import NAME
 from yarm.ros.common.launch_arguments import CHECKS, faults
 from yarm.ros.experiment.console import Console, last_words
-from yarm.sim.scenes.scene import SceneError, load_scene
+from yarm.sim.checks.cell_check import unreachable_goals
+from yarm.sim.scenes.random_cell import KINDS, random_cell
+from yarm.sim.scenes.scene import Scene, SceneError, load_scene
+from yarm.sim.scenes.scene_file import scene_text
 
-EXPLORE, INSPECT = "explore", "inspect"
+EXPLORE, INSPECT, RANDOM = "explore", "inspect", "random"
 MISSION_LIMIT_S = 900.0
 SLOWEST = 4.0
 """Wall seconds that a simulated second of a soak may take."""
@@ -40,8 +44,9 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--case",
         default="1m1ma",
-        help="1m1ma, 2m1ma, 2m2ma, 3m, single, 1m1ma_target, explore, inspect or a scene file",
+        help="1m1ma, 2m1ma, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random or a scene file",
     )
+    options.add_argument("--kind", choices=KINDS, help="random: kind of the cell; all in turn by the seed unless given")
     options.add_argument("--arena", default="practice", help="explore: shipped arena, or an arena file")
     options.add_argument("--layout", default="practice", help="inspect: practice, a made one such as open_0, or a file")
     options.add_argument(
@@ -89,6 +94,7 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: Sequence[str]) -> int:
     """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
     options = parser().parse_args(arguments)
+    cell = prepare_cell(options) if options.case == RANDOM else None
     port = options.port or free_port()
     call = {EXPLORE: exploration_command, INSPECT: inspection_command}.get(options.case, command)(options, port)
     words = [word for word in call if word.partition(":=")[0] in CHECKS]
@@ -122,7 +128,7 @@ def run(arguments: Sequence[str]) -> int:
     console.finish()
     if code == INTERRUPTED:
         return code
-    code = verdict(summary)
+    code = verdict(summary) if cell is None else cell_verdict(cell, folder)
     if code != 0:
         sys.stderr.write(f"the last of {log}:\n" + "".join(f"  {line}\n" for line in last_words(log)))
     sys.stdout.write(f"log: {log}\n")
@@ -137,6 +143,24 @@ def folder_of(options: argparse.Namespace) -> Path:
     if options.case == INSPECT:
         return inspect_folder(results, options.layout, options.controller, options.seed)
     return results / ("soak" if options.soak > 0.0 else Path(options.case).stem) / str(options.seed)
+
+
+def prepare_cell(options: argparse.Namespace) -> Scene:
+    """Draw the random cell that is asked for, write it beside its results and make it the case, laid out as it is."""
+    cell = random_cell(options.kind or kind_of(options.seed), options.seed)
+    options.case, options.nominal = f"{cell.name}.yaml", True
+    folder = folder_of(options)
+    folder.mkdir(parents=True, exist_ok=True)
+    options.case = str(folder / options.case)
+    Path(options.case).write_text(scene_text(cell))
+    return load_scene(options.case)
+
+
+def cell_verdict(cell: Scene, folder: Path) -> int:
+    """0 when every goal that can be reached was, every other one was refused, and nothing was touched."""
+    result = read_cell(cell, folder, unreachable_goals(cell))
+    sys.stdout.write(f"{cell_line(result)}\n")
+    return 0 if result.success else 1
 
 
 def exploration_command(options: argparse.Namespace, port: int) -> List[str]:

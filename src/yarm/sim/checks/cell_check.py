@@ -39,7 +39,7 @@ from yarm.sim.engine.things import SpawnError
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.arm import Arm
-from yarm.sim.scenes.scene import Scene
+from yarm.sim.scenes.scene import Scene, SceneError
 from yarm.sim.scenes.specs import ThingSpec
 
 HOVER_TIP_M = 1.15
@@ -75,6 +75,24 @@ def check_scene(scene: Scene, hands: bool = False) -> List[Finding]:
         return [Finding(False, str(error))]
     with world:
         return _Checker(world).findings()
+
+
+def unreachable_goals(scene: Scene) -> Dict[str, str]:
+    """Why goals of a scene, those of its events too, cannot be reached as it begins, by name; the others are not in it.
+
+    Raises:
+        SceneError: its things overlap at the start, so that there is nothing to check.
+    """
+    try:
+        with SimWorld(scene) as world:
+            findings = _Checker(world).findings()
+    except SpawnError as error:
+        raise SceneError(f"{scene.name}: {error}") from error
+    reasons: Dict[str, str] = {}
+    for finding in findings:
+        if finding.goal and not finding.holds:
+            reasons.setdefault(finding.goal.split(" ")[0], finding.text)
+    return reasons
 
 
 def goal_points(scene: Scene) -> List[GoalPoint]:
@@ -169,7 +187,8 @@ class _Checker:
         able = {name: options for name, options in by.items() if options}
         self._options[goal.name] = sorted({option for options in able.values() for option in options})
         if not able:
-            return Finding(False, f"{goal.name}: no robot can get to column {column} at any heading with the margin")
+            text = f"{goal.name}: no robot can get to column {column} at any heading with the margin"
+            return Finding(False, text, goal.name)
         degrees = [round(math.degrees(heading_angles()[heading])) for heading, _ in self._options[goal.name]]
         square = [name for name, options in able.items() if any(self._is_square(name, h) for h, _ in options)]
         if not square:
@@ -177,8 +196,9 @@ class _Checker:
                 False,
                 f"{goal.name}: {', '.join(able)} can get to column {column} only at headings {degrees} deg, to which "
                 f"quarter turns do not lead; the Commander's turns_deg needs finer ones, such as 45 and -45",
+                goal.name,
             )
-        return Finding(True, f"{goal.name}: {', '.join(square)} can reach it, headings {degrees} deg")
+        return Finding(True, f"{goal.name}: {', '.join(square)} can reach it, headings {degrees} deg", goal.name)
 
     def _is_square(self, robot: str, heading: int) -> bool:
         """Whether quarter turns lead a robot from its start to a heading."""
@@ -233,7 +253,7 @@ class _Checker:
             if least > best:
                 best, best_degrees = least, round(math.degrees(heading_angles()[heading]))
         text = f"{goal.name}: robot at {best_degrees} deg stays {best:.2f} m clear of the hovering {arm.body.name}"
-        return Finding(best >= HOVER_CLEARANCE_M, f"{text} (at least {HOVER_CLEARANCE_M} m)")
+        return Finding(best >= HOVER_CLEARANCE_M, f"{text} (at least {HOVER_CLEARANCE_M} m)", goal.name)
 
     def _clearance_at(
         self, arm: Arm, robot: Ankurbot, goal: GoalPoint, yaw_rad: float, hovers: List[List[float]]

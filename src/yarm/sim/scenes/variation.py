@@ -115,13 +115,13 @@ def vary_layout(
 
 def _starts(vary: Vary, rng: np.random.Generator, fixtures: Sequence[FixtureSpec], robots: Robots) -> Robots:
     spec = GridSpec()
-    kept_clear = _wider(_columns_of(tuple(fixtures), spec))
+    kept_clear = wider(fixture_columns(tuple(fixtures), spec))
     placed: List[RobotSpec] = []
     for robot in robots:
         placed.append(_first(partial(_start, vary, rng, robot, kept_clear), f"a start for {robot.name}"))
         own = np.zeros(spec.shape[:2], dtype=bool)
-        own[tuple(_cells(placed[-1], spec)[:, :2].T)] = True
-        kept_clear = kept_clear | _wider(own)
+        own[tuple(start_cells(placed[-1], spec)[:, :2].T)] = True
+        kept_clear = kept_clear | wider(own)
     return tuple(placed)
 
 
@@ -131,7 +131,7 @@ def _start(vary: Vary, rng: np.random.Generator, robot: RobotSpec, kept_clear: B
     turn = rng.uniform(-vary.start_rad, vary.start_rad)
     x, y = robot.x + length * math.cos(angle), robot.y + length * math.sin(angle)
     spot = replace(robot, x=x, y=y, heading_rad=robot.heading_rad + turn)
-    columns = _cells(spot, GridSpec())[:, :2]
+    columns = start_cells(spot, GridSpec())[:, :2]
     inside = bool(np.all(columns >= BORDER_CELLS) and np.all(columns < np.subtract(kept_clear.shape, BORDER_CELLS)))
     return spot if inside and not kept_clear[tuple(columns.T)].any() else None
 
@@ -183,7 +183,7 @@ def _apart(place: Point, others: Mapping[str, Point], least_m: float) -> bool:
     return all(math.dist(place, other) >= least_m for other in others.values())
 
 
-def _cells(robot: RobotSpec, spec: GridSpec) -> IntArray:
+def start_cells(robot: RobotSpec, spec: GridSpec) -> IntArray:
     """Cells (n, 3) of a robot at its start, also those outside the grid."""
     ee = Pose2(robot.x, robot.y, robot.heading_rad).compose(Pose2(ARM_REACH_M, 0.0))
     column = spec.column_of((ee.x, ee.y))
@@ -192,7 +192,7 @@ def _cells(robot: RobotSpec, spec: GridSpec) -> IntArray:
 
 
 @lru_cache(maxsize=8)
-def _columns_of(fixtures: Tuple[FixtureSpec, ...], spec: GridSpec) -> BoolArray:
+def fixture_columns(fixtures: Tuple[FixtureSpec, ...], spec: GridSpec) -> BoolArray:
     """Columns (gx, gy) that fixtures stand in; turned ones by the rectangle along the axes that holds them."""
     columns = np.zeros(spec.shape[:2], dtype=bool)
     for fixture in fixtures:
@@ -206,6 +206,7 @@ def _columns_of(fixtures: Tuple[FixtureSpec, ...], spec: GridSpec) -> BoolArray:
     return columns
 
 
-def _wider(columns: BoolArray) -> BoolArray:
-    wider: BoolArray = ndimage.binary_dilation(columns, np.ones((3, 3), dtype=bool), iterations=CLEAR_CELLS)
-    return wider
+def wider(columns: BoolArray) -> BoolArray:
+    """Columns (gx, gy) and those within CLEAR_CELLS of them, diagonally too."""
+    grown: BoolArray = ndimage.binary_dilation(columns, np.ones((3, 3), dtype=bool), iterations=CLEAR_CELLS)
+    return grown

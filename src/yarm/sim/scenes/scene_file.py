@@ -1,0 +1,83 @@
+"""A scene as the text of a scene file: what ``load_scene`` reads back as the same scene, to a millionth."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Dict
+
+import yaml
+
+from yarm.geometry.kinds import ObjectKind
+from yarm.sim.scenes.events import Event, Trigger
+from yarm.sim.scenes.scene import Scene
+from yarm.sim.scenes.specs import ThingSpec
+
+DIGITS = 6
+LISTS = {ObjectKind.DEBRIS: "debris", ObjectKind.TARGET: "targets", ObjectKind.OBSTACLE: "obstacles"}
+
+
+def scene_text(scene: Scene) -> str:
+    """The YAML of a scene with manipulators at the origin, without models and without ranges to vary.
+
+    Raises:
+        ValueError: it has something else, which would be lost.
+    """
+    things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
+    if scene.vary is not None or any(t.model for t in things) or any(a.station.pose[:2, 3].any() for a in scene.arms):
+        raise ValueError(f"{scene.name}: ranges to vary, models and stations elsewhere are not written")
+    values: Dict[str, Any] = {
+        "name": scene.name,
+        "about": scene.about,
+        "seed": scene.seed,
+        "fixtures": list(scene.fixtures),
+        "robots": [
+            {"name": r.name, "type": r.type, "x": _m(r.x), "y": _m(r.y), "heading_deg": _deg(r.heading_rad)}
+            for r in scene.robots
+        ],
+        "manipulators": [{"name": a.name, "type": a.type, "tucked": a.tucked} for a in scene.arms],
+    }
+    for kind, key in LISTS.items():
+        values[key] = [_thing(thing) for thing in scene.things_of(kind)]
+    values["events"] = [{"name": e.name, "when": _when(e.when), "do": _do(e)} for e in scene.events]
+    text: str = yaml.safe_dump(values, sort_keys=False, width=120, default_flow_style=None)
+    return text
+
+
+def _m(value: float) -> float:
+    return round(value, DIGITS)
+
+
+def _deg(angle_rad: float) -> float:
+    return round(math.degrees(angle_rad), DIGITS)
+
+
+def _thing(thing: ThingSpec) -> Dict[str, Any]:
+    values: Dict[str, Any] = {"name": thing.name, "x": _m(thing.x), "y": _m(thing.y), "z": _m(thing.z)}
+    values["yaw_deg"] = _deg(thing.yaw_rad)
+    if thing.kind == ObjectKind.OBSTACLE:
+        values["size"] = [_m(length) for length in thing.size]
+        values["registered"] = thing.registered
+    return values
+
+
+def _when(when: Trigger) -> Dict[str, Any]:
+    if when.time_s is not None:
+        values: Dict[str, Any] = {"time": _m(when.time_s)}
+    elif when.state:
+        values = {"state": when.state}
+    elif when.raster is not None:
+        values = {"raster": _m(when.raster), **({"manipulator": when.arm} if when.arm else {})}
+    else:
+        values = {"robot": " ".join(when.robots), "near": when.near, "below": _m(when.below_m)}
+    return {**values, "after": _m(when.after_s)} if when.after_s else values
+
+
+def _do(event: Event) -> Dict[str, Any]:
+    if event.spawn is not None:
+        return {"spawn": {"type": str(event.spawn.kind), **_thing(event.spawn)}}
+    if event.delete:
+        return {"delete": event.delete}
+    if event.camera:
+        return {"camera": event.camera, "enabled": event.camera_on}
+    by = {"dx": _m(event.dx_m), "dy": _m(event.dy_m)}
+    return {"move": event.move, **by, "speed": _m(event.speed_mps)} if event.move else {"push": event.push, **by}
