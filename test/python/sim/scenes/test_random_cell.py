@@ -33,7 +33,7 @@ from yarm.sim.scenes.variation import BORDER_CELLS, CLEAR_CELLS, start_cells
 SPEC = GridSpec()
 kinds = st.sampled_from(KINDS)
 seeds = st.integers(0, 2**31 - 1)
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=12, deadline=None)
 
 
 def everything(scene: Scene) -> Dict[str, ThingSpec]:
@@ -132,7 +132,7 @@ def test_a_person_walks_a_way_that_was_clear_and_is_gone() -> None:
 
 def test_mixed_cells_have_more_than_one_trouble() -> None:
     told = set()
-    for seed in range(30):
+    for seed in range(20):
         cell = random_cell("mixed", seed)
         marks = {
             "slips": any(event.push for event in cell.events),
@@ -150,16 +150,16 @@ def test_mixed_cells_have_more_than_one_trouble() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_overlaps_or_touches_at_the_start(kind: str) -> None:
     """The simulator refuses scenes whose bodies overlap; what falls later has its place too."""
-    for seed in range(4):
+    for seed in range(2):
         with SimWorld(random_cell(kind, seed)) as world:
             world.run(0.5)
             assert world.failures() == []
 
 
 def test_cell_check_finds_the_target_nobody_can_reach_and_ways_to_others() -> None:
-    for seed in (0, 5):
-        reasons = unreachable_goals(random_cell("unreachable", seed))
-        assert "target_inside: no robot can get to column" in reasons["target_inside"]
+    reasons = unreachable_goals(random_cell("unreachable", 5))
+    assert "target_inside: no robot can get to column" in reasons["target_inside"]
+    assert "debris_1" not in reasons
     assert unreachable_goals(random_cell("plain", 0)) == {}
 
 

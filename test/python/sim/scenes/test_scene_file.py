@@ -15,7 +15,7 @@ from yarm.sim.scenes.scene import load_scene, scene_from
 from yarm.sim.scenes.scene_file import scene_text
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.sampled_from(KINDS), st.integers(0, 2**31 - 1))
 def test_a_random_cell_is_read_back(kind: str, seed: int) -> None:
     cell = random_cell(kind, seed)
