@@ -10,14 +10,17 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
+from yarm.commander.activity import Ending
+from yarm.commander.events import TaskState
 from yarm.experiments.run.cases import CELL_PREFIX, expected_goals
+from yarm.geometry.kinds import ContactKind
 from yarm.sim.scenes.random_cell import KINDS, PERSON
 from yarm.sim.scenes.scene import Scene
 
 STOOD_M = 0.01
 """A robot whose end effector moved less than this in the STOOD_S before a contact stood."""
 STOOD_S = 0.25
-REFUSED = ("unreachable", "failed")
+REFUSED = (TaskState.UNREACHABLE, TaskState.FAILED)
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,7 @@ def judge_cell(
     given_up = [name for name in expected if _given_up(goals.get(name, {}))]
     faults = _faults_of_goals(goals, expected, reached, unreachable)
     standing, touched = _contacts(summary["contacts"], path, [robot.name for robot in scene.robots])
-    ended_well = summary["outcome"] == "succeeded" or (summary["outcome"] == "failed" and given_up)
+    ended_well = summary["outcome"] == Ending.SUCCEEDED or (summary["outcome"] == Ending.FAILED and given_up)
     if not ended_well:
         faults.append(f"the mission ended {summary['outcome'] or 'never'!r}: {summary['reason'] or 'no reason'}")
     return CellResult(
@@ -153,7 +156,7 @@ def _contacts(
 ) -> Tuple[Tuple[str, ...], List[str]]:
     """Robots that stood when the person walked into them, and a sentence on every other contact that may not be."""
     standing, faults = [], []
-    for tally in (tally for tally in contacts if tally["kind"] == "failure"):
+    for tally in (tally for tally in contacts if tally["kind"] == ContactKind.FAILURE):
         a, b = tally["pair"]
         hit = next((name for name in (a, b) if name in robots), "")
         if PERSON in (a, b) and hit and _stood(path, hit, float(tally["first_s"])):
