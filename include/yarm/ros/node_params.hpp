@@ -14,7 +14,7 @@
 namespace yarm {
 
 /// Lock-step: what is waited for at most, wall time, when the simulator stands still meanwhile.
-inline constexpr double kSyncWaitS = 5.0;
+inline constexpr double kSyncWaitS = 20.0;
 
 namespace detail {
 inline std::vector<std::string> cameraNames(std::string (*name)(int)) {
@@ -55,7 +55,7 @@ struct MergeCloudsParams {
     visit("max_frequency", p.max_frequency, "Hz", Range{0.1, 1000.0},
           "sets closer in capture time than this are left out");
     visit("tf_wait", p.tf_wait, "s", Range{0.0, 5.0}, "wall time a cloud waits for its transform before it is dropped");
-    visit("sync", p.sync, "", Choices{}, "lock-step: wait up to 5 s for what is missing, so that runs repeat exactly");
+    visit("sync", p.sync, "", Choices{}, "lock-step: wait up to 20 s for what is missing, so that runs repeat exactly");
     describeBox(p, visit);
     visit("noise_base", p.noise_base, "m", Range{0.0, 0.1}, "depth noise sigma(z) = base + slope (z - offset)^2: base");
     visit("noise_slope", p.noise_slope, "1/m", Range{0.0, 0.1}, "its slope");
@@ -119,7 +119,7 @@ struct ClusterAssocParams {
     visit("merge_node", p.merge_node, "", Choices{}, "node whose voxel and box parameters hold here too");
     visit("seed_wait", p.seed_wait, "s", Range{0.0, 5.0},
           "wall time a set waits for the seeds of its stamp, then takes the newest");
-    visit("sync", p.sync, "", Choices{}, "lock-step: wait up to 5 s for what is missing, so that runs repeat exactly");
+    visit("sync", p.sync, "", Choices{}, "lock-step: wait up to 20 s for what is missing, so that runs repeat exactly");
     visit("cluster_tolerance", p.cluster.tolerance, "m", Range{0.001, 1.0}, "voxels nearer than this are connected");
     visit("min_cluster_size", p.cluster.min_size, "voxels", Range{1, 1000000}, "smallest cluster");
     visit("max_cluster_size", p.cluster.max_size, "voxels", Range{1, 10000000}, "largest cluster");

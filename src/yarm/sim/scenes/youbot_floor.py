@@ -20,7 +20,7 @@ from typing import List, Tuple
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2, quaternion_from_rpy, transform_matrix
-from yarm.geometry.solids import Solid
+from yarm.geometry.solids import Shape, Solid
 from yarm.yaml_fields import Faults, Fields, load_yaml
 
 HALF_M = 2.5
@@ -64,7 +64,7 @@ class Bin:
         parts += [((WALL_M, y, z), (side * 0.5 * (x - WALL_M), 0.0, 0.5 * z)) for side in (-1, 1)]
         parts += [((x, WALL_M, z), (0.0, side * 0.5 * (y - WALL_M), 0.5 * z)) for side in (-1, 1)]
         upright = (0.0, 0.0, 0.0, 1.0)
-        return tuple(Solid("box", size, self.pose @ transform_matrix(at, upright)) for size, at in parts)
+        return tuple(Solid(Shape.BOX, size, self.pose @ transform_matrix(at, upright)) for size, at in parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,4 +144,4 @@ def _obstacle(fields: Fields) -> Tuple[str, Solid]:
     yaw = fields.number("yaw_deg", -360.0, 360.0, "deg", default=0.0)
     fields.finish()
     pose = transform_matrix((x, y, 0.5 * size[2]), quaternion_from_rpy(0.0, 0.0, math.radians(yaw)))
-    return name, Solid("box", size, pose)
+    return name, Solid(Shape.BOX, size, pose)

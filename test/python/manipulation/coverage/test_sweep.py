@@ -10,15 +10,15 @@ import pytest
 
 from yarm.experiments.coursework.sweep_picture import draw_sweep
 from yarm.geometry import FloatArray, Pose2, quaternion_from_rpy, transform_matrix
-from yarm.geometry.solids import Solid, surface_points
+from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.manipulation.coverage.sweep import RobotSpace, SweepError, SweepPlan, corners, plan_sweep
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
-BODY = Solid("cylinder", (0.3, 0.4), transform_matrix((0.0, 0.0, 0.3), UPRIGHT))
-ARM = Solid("box", (1.2, 0.08, 0.08), transform_matrix((0.6, 0.0, 0.9), UPRIGHT))
+BODY = Solid(Shape.CYLINDER, (0.3, 0.4), transform_matrix((0.0, 0.0, 0.3), UPRIGHT))
+ARM = Solid(Shape.BOX, (1.2, 0.08, 0.08), transform_matrix((0.6, 0.0, 0.9), UPRIGHT))
 ROBOT = (BODY, ARM)
-TABLE = Solid("box", (0.8, 0.8, 0.7), transform_matrix((0.0, 0.0, 0.35), UPRIGHT))
-MAST = Solid("cylinder", (0.05, 2.0), transform_matrix((0.9, -0.9, 1.0), UPRIGHT))
+TABLE = Solid(Shape.BOX, (0.8, 0.8, 0.7), transform_matrix((0.0, 0.0, 0.35), UPRIGHT))
+MAST = Solid(Shape.CYLINDER, (0.05, 2.0), transform_matrix((0.9, -0.9, 1.0), UPRIGHT))
 START = Pose2(-1.5, -1.5, 0.0)
 
 
@@ -57,7 +57,7 @@ def test_the_way_goes_over_every_cell_that_is_to_be() -> None:
 
 def test_the_arm_passes_over_a_low_table_and_not_through_a_high_one() -> None:
     low = plan_sweep(RobotSpace(ROBOT, (TABLE,)), START, 1.8, 0.4, 0.0)
-    high = Solid("box", (0.8, 0.8, 1.2), transform_matrix((0.0, 0.0, 0.6), UPRIGHT))
+    high = Solid(Shape.BOX, (0.8, 0.8, 1.2), transform_matrix((0.0, 0.0, 0.6), UPRIGHT))
     walled = plan_sweep(RobotSpace(ROBOT, (high,)), START, 1.8, 0.4, 0.0)
     assert walled.floor.free.sum() < low.floor.free.sum()
     assert not np.any(walled.floor.free & ~low.floor.free)
@@ -67,7 +67,7 @@ def test_the_arm_passes_over_a_low_table_and_not_through_a_high_one() -> None:
 
 
 def test_the_heading_that_covers_most_is_taken() -> None:
-    space = RobotSpace(ROBOT, (Solid("box", (0.2, 3.6, 1.2), transform_matrix((1.9, 0.0, 0.6), UPRIGHT)),))
+    space = RobotSpace(ROBOT, (Solid(Shape.BOX, (0.2, 3.6, 1.2), transform_matrix((1.9, 0.0, 0.6), UPRIGHT)),))
     best = plan_sweep(space, START, 1.8, 0.4)
     ahead = plan_sweep(space, START, 1.8, 0.4, 0.0)
     assert len(ahead.coverage.cells) < len(best.coverage.cells)
@@ -79,7 +79,7 @@ def test_a_start_too_near_and_a_floor_out_of_reach_are_refused() -> None:
     with pytest.raises(SweepError, match=r"at \(0\.00, 0\.60\) something is too near"):
         plan_sweep(space, Pose2(0.0, 0.6, 0.0), 1.8, 0.4)
     wall = [
-        Solid("box", size, transform_matrix(xyz, UPRIGHT))
+        Solid(Shape.BOX, size, transform_matrix(xyz, UPRIGHT))
         for size, xyz in (
             ((0.1, 4.0, 1.2), (2.0, 0.0, 0.6)),
             ((0.1, 4.0, 1.2), (-2.0, 0.0, 0.6)),

@@ -93,8 +93,8 @@ def test_distances_are_those_of_another_engine() -> None:
 @pytest.mark.parametrize("within_m", [0.01, 0.3])
 def test_the_library_finds_the_distances_that_python_finds(within_m: float) -> None:
     round_things = [
-        Obstacle("ball", Solid("sphere", (0.06,), transform_matrix((0.25, 0.1, 0.4), (0, 0, 0, 1)))),
-        Obstacle("post", Solid("cylinder", (0.03, 0.5), transform_matrix((-0.2, 0.1, 0.3), (0, 0, 0, 1)))),
+        Obstacle("ball", Solid(Shape.SPHERE, (0.06,), transform_matrix((0.25, 0.1, 0.4), (0, 0, 0, 1)))),
+        Obstacle("post", Solid(Shape.CYLINDER, (0.03, 0.5), transform_matrix((-0.2, 0.1, 0.3), (0, 0, 0, 1)))),
     ]
     overlapping = 0
     for obstacles in (SCENE.obstacles, round_things, ()):

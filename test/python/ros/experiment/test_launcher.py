@@ -97,7 +97,8 @@ def test_a_wrong_controller_or_arena_is_refused_before_anything_starts(words, sa
 
 def test_an_inspection_has_controllers_of_its_own(tmp_path, capsys) -> None:
     assert run(["--case", "inspect", "--results", str(tmp_path), "--controller", "nearest"]) == 1
-    assert capsys.readouterr().err == "launch argument controller = 'nearest': must be one of yarm, report\n"
+    said = capsys.readouterr().err
+    assert said == "launch argument controller = 'nearest': must be one of yarm, report, report_printed\n"
     assert list(tmp_path.iterdir()) == []
 
 
