@@ -84,7 +84,7 @@ class CommanderDriver(unittest.TestCase):
             type(self).was_busy = False
         return self.change(StateChangeRequest(**fields))
 
-    def said(self, condition: Callable[[CommanderStatus], bool]) -> Callable[[], bool]:
+    def says(self, condition: Callable[[CommanderStatus], bool]) -> Callable[[], bool]:
         """Whether the Commander says so now: what it said too long ago, and is latched, does not count."""
         return lambda: not silence(self.status, rospy.get_time(), STALE_S) and condition(self.status)
 
@@ -92,7 +92,7 @@ class CommanderDriver(unittest.TestCase):
         """Ask for a state and wait until it is there."""
         answer = self.ask(**fields)
         self.assertTrue(answer.success, answer.message)
-        self.wait(self.said(lambda status: status.state == state), f"state {state}")
+        self.wait(self.says(lambda status: status.state == state), f"state {state}")
 
     def begin_mission(self) -> None:
         """BOUNDLESS and at work, from whatever state without work allows it."""
@@ -103,7 +103,7 @@ class CommanderDriver(unittest.TestCase):
 
     def ended(self, outcome: str = "succeeded") -> None:
         """The state's work comes to its end, and this one."""
-        self.wait(self.said(lambda status: not status.busy and status.outcome != ""), "end of the work")
+        self.wait(self.says(lambda status: not status.busy and status.outcome != ""), "end of the work")
         self.assertEqual(self.status.outcome, outcome, self.status)
 
     def cli(self, *arguments: str, timeout_s: float) -> Tuple[int, str]:

@@ -140,7 +140,7 @@ class Executor:
         """A drive does not go on without a place, and fails soon."""
         self._lost_s = min(self._lost_s, seen.now_s)
         failed = seen.now_s - self._lost_s >= LOST_S
-        why = f"the place is not known: {seen.why_not or 'nobody says where the robot is'}"
+        why = f"the place is not known: {seen.place_fault or 'nobody says where the robot is'}"
         outcome = Outcome.FAILED if failed else Outcome.BUSY
         return Action(outcome, why, cancel=self._release(), turn_radps=self._halt())
 

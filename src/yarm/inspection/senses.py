@@ -42,7 +42,7 @@ class Senses:
         map_from_odom: where the odometry's frame is in the map; None while nobody says.
         place_s: stamp of that.
         localised: the localisation is sure of it.
-        why_not: why it is not, by its own words.
+        place_fault: why it is not, by its own words.
         picture: the newest, if it has come since the last pass and can be used.
         camera: what is wrong with the camera; empty when it is well.
         goal: how the last goal stands.
@@ -56,7 +56,7 @@ class Senses:
     map_from_odom: Optional[Pose2] = None
     place_s: float = -math.inf
     localised: bool = False
-    why_not: str = ""
+    place_fault: str = ""
     picture: Optional[Picture] = None
     camera: str = ""
     goal: Tuple[Outcome, str] = (Outcome.BUSY, "")

@@ -91,9 +91,9 @@ def test_without_a_place_a_drive_stops_and_soon_fails_with_the_localisations_wor
     made = executor()
     made.take(GOAL, 0.0)
     made.step(senses(0.0))
-    lost = made.step(senses(1.0, localised=False, why_not="two places fit"))
+    lost = made.step(senses(1.0, localised=False, place_fault="two places fit"))
     assert (lost.outcome, lost.cancel) == (Outcome.BUSY, True)
-    failed = made.step(senses(1.0 + LOST_S, localised=False, why_not="two places fit"))
+    failed = made.step(senses(1.0 + LOST_S, localised=False, place_fault="two places fit"))
     assert failed.outcome == Outcome.FAILED and "two places fit" in failed.reason
 
 

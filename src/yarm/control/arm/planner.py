@@ -7,6 +7,7 @@ Planning Library", IEEE Robotics and Automation Magazine 19, 2012; shortcuts as 
 
 from __future__ import annotations
 
+import time
 from typing import Iterator, List, Protocol, Sequence
 
 import numpy as np
@@ -76,15 +77,27 @@ class ArmPlanner:
             self._check_end(name, q)
         if self.straight_is_free(start, goal):
             return np.array([start, goal])
+        deadline_s = time.monotonic() + time_limit_s
+        while (left_s := deadline_s - time.monotonic()) > 0.0:
+            found = self._searched(start, goal, left_s)
+            if not found:
+                break
+            # OMPL looks at a piece at other points than are looked at here, and a shortcut begins within a piece.
+            corners = self._shortened(found)
+            if all(self.straight_is_free(a, b) for a, b in zip(corners[:-1], corners[1:])):
+                return corners
+        raise ArmError(f"no path found in {time_limit_s:g} s from {_words(start)} to {_words(goal)} deg")
+
+    def _searched(self, start: FloatArray, goal: FloatArray, time_limit_s: float) -> List[FloatArray]:
+        """Corners of a path as the search leaves it; none when it finds none in time."""
         setup = og.SimpleSetup(self._space)
         setup.setStateValidityChecker(lambda state: self._free(self._joints(state)))
         setup.getSpaceInformation().setStateValidityCheckingResolution(STEP_RAD / self._space.getMaximumExtent())
         setup.setStartAndGoalStates(self._state(start), self._state(goal))
         setup.setPlanner(og.RRTConnect(setup.getSpaceInformation()))
         if not setup.solve(time_limit_s) or not setup.haveExactSolutionPath():
-            raise ArmError(f"no path found in {time_limit_s:g} s from {_words(start)} to {_words(goal)} deg")
-        states = setup.getSolutionPath().getStates()
-        return self._shortened([self._joints(state) for state in states])
+            return []
+        return [self._joints(state) for state in setup.getSolutionPath().getStates()]
 
     def straight_is_free(self, start: FloatArray, goal: FloatArray) -> bool:
         """Whether every configuration of a straight piece is free."""

@@ -19,7 +19,7 @@ from yarm.manipulation.motion.trajectory import Trajectory, TrajectoryError
 from yarm.resources import resource
 from yarm.yaml_fields import SceneError
 
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 Load = Callable[[Path], ArmScene]
 Save = Callable[[Trajectory, Path], Path]
 
@@ -71,7 +71,7 @@ def main(arguments: Optional[Sequence[str]] = None, load: Load = load_arm_scene,
 
 
 def run(
-    tour_scene: ArmScene, obstacle_scene: ArmScene, seed: int, folder: Path, say: Say, save: Optional[Save] = None
+    tour_scene: ArmScene, obstacle_scene: ArmScene, seed: int, folder: Path, say: Log, save: Optional[Save] = None
 ) -> List[TaskResult]:
     """Run every task, draw its pictures and write ``summary.yaml``.
 

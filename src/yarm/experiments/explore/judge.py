@@ -16,7 +16,7 @@ from yarm.navigation.grid_map import GridMap
 from yarm.robots.turtlebot import CAMERA_Z_M
 from yarm.sim.checks.arena_check import EDGE_M, Mappable, mappable
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
-from yarm.sim.scenes.arena import Arena
+from yarm.sim.scenes.arena import Arena, BlockKind
 from yarm.sim.scenes.arena_maker import outline_of
 
 BESIDE_M = 1.5 * EDGE_M
@@ -134,7 +134,7 @@ class Judge:
         to_free = distance_transform_edt(~self.truth.free, sampling=EDGE_M)
         found: List[Obstacle] = []
         for i, block in enumerate(self.arena.blocks):
-            if block.kind == "wall":
+            if block.kind == BlockKind.WALL:
                 continue
             outline = outline_of(block, OUTLINE_STEP_M)
             others = self.boxes.subset(np.delete(np.arange(len(self.boxes)), i))

@@ -11,7 +11,7 @@ from yarm.experiments.explore.record import ExploreRecord
 from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.geometry import FloatArray
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
-from yarm.sim.scenes.arena import Arena
+from yarm.sim.scenes.arena import Arena, BlockKind
 
 PICTURES = ("map.png", "coverage.png")
 LOW_COLOUR = "tab:red"
@@ -56,7 +56,9 @@ def draw_arena(axis: Any, arena: Arena) -> None:
     """Outlines of what really stands there; low things in red."""
     for block, corners in zip(arena.blocks, FlatBoxes(arena.blocks).corners()):
         outline: FloatArray = np.concatenate([corners, corners[:1]])
-        axis.plot(outline[:, 0], outline[:, 1], "-", lw=0.8, color=LOW_COLOUR if block.kind == "low" else "tab:purple")
+        axis.plot(
+            outline[:, 0], outline[:, 1], "-", lw=0.8, color=LOW_COLOUR if block.kind == BlockKind.LOW else "tab:purple"
+        )
 
 
 def draw_map(axis: Any, record: ExploreRecord) -> None:

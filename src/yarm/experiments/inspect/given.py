@@ -14,6 +14,7 @@ from yarm.navigation.bodies import with_bodies
 from yarm.navigation.grid_map import UNKNOWN, GridMap
 from yarm.navigation.map_file import write_map
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
+from yarm.sim.scenes.arena import BlockKind
 from yarm.sim.scenes.layout import Layout
 
 CELL_M = 0.05
@@ -43,7 +44,7 @@ def room_map(layout: Layout) -> GridMap:
     middles = grid.centres_of(every)
     inside = every[np.all((middles > lower) & (middles < upper), axis=1)]
     cells[inside[:, 0], inside[:, 1]] = 0
-    walls = [block for block in layout.arena.blocks if block.kind != "box"]
+    walls = [block for block in layout.arena.blocks if block.kind != BlockKind.BOX]
     return with_bodies(grid, list(FlatBoxes(walls).corners()))
 
 

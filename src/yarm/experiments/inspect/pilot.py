@@ -14,7 +14,7 @@ from yarm.navigation.ground import PlanSettings
 from yarm.navigation.planner import Field
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
 from yarm.sim.kinematic.world import KinematicWorld
-from yarm.sim.scenes.arena import Arena
+from yarm.sim.scenes.arena import Arena, BlockKind
 
 CELL_M = 0.05
 RADIUS_M = 0.20
@@ -37,7 +37,10 @@ def known_map(arena: Arena, boxes: bool = True) -> GridMap:
     rows, columns = np.indices(cells.shape)
     centres = grid.centres_of(np.stack([rows.ravel(), columns.ravel()], axis=1))
     # A cell counts as a body's when its middle is within half a cell of it.
-    near = FlatBoxes([b for b in arena.blocks if boxes or b.kind != "box"]).signed(centres).min(axis=1) <= 0.5 * CELL_M
+    near = (
+        FlatBoxes([b for b in arena.blocks if boxes or b.kind != BlockKind.BOX]).signed(centres).min(axis=1)
+        <= 0.5 * CELL_M
+    )
     cells[near.reshape(cells.shape)] = 100
     return grid
 

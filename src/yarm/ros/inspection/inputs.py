@@ -61,7 +61,7 @@ class InspectorInputs:
         with self._changed:
             self._scan: Optional[Scan] = None
             self._odometry: Optional[Odometry] = None
-            self._localised, self._why_not = False, ""
+            self._localised, self._place_fault = False, ""
             self._pictures: Deque[Image] = deque(maxlen=MOST_PICTURES)
             self._camera = PictureWatch()
         self._frames.forget()
@@ -84,7 +84,7 @@ class InspectorInputs:
                 link.pose if link is not None and placed else None,
                 link.stamp_s if link is not None else -1.0,
                 self._localised,
-                self._why_not,
+                self._place_fault,
                 self._picture(now_s),
                 self._camera.fault(now_s),
                 self._navigation.outcome(now_s),
@@ -147,7 +147,7 @@ class InspectorInputs:
 
     def _on_reason(self, message: String) -> str:
         with self._changed:
-            self._why_not = str(message.data)
+            self._place_fault = str(message.data)
         return ""
 
     def _on_map(self, message: OccupancyGrid) -> str:

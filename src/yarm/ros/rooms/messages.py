@@ -122,7 +122,7 @@ def arena_markers(blocks: Sequence[Block]) -> List[Marker]:
     """Each block as a box in the world, numbered, one namespace a kind."""
     made = []
     for number, block in enumerate(blocks):
-        marker = Marker(ns=block.kind, id=number, type=Marker.CUBE, action=Marker.ADD)
+        marker = Marker(ns=str(block.kind), id=number, type=Marker.CUBE, action=Marker.ADD)
         marker.header.frame_id = names.WORLD_FRAME
         marker.pose = pose_message(block.pose.x, block.pose.y, 0.5 * block.size[2], block.pose.yaw_rad)
         marker.scale.x, marker.scale.y, marker.scale.z = block.size

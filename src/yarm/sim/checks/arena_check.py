@@ -13,7 +13,7 @@ from yarm.geometry import BoolArray, FloatArray, IntArray
 from yarm.robots.turtlebot import CAMERA_Z_M, RADIUS_M, SCAN_RANGE_MIN_M, SCAN_VALID_M
 from yarm.sim.checks.finding import Finding
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
-from yarm.sim.scenes.arena import Arena
+from yarm.sim.scenes.arena import Arena, BlockKind
 
 DISC_M = 0.18
 """Radius of the disc that must fit: the robot with a little room."""
@@ -224,7 +224,7 @@ def _start(gap: float) -> Finding:
 
 
 def _low(arena: Arena) -> List[Finding]:
-    low = [block for block in arena.blocks if block.kind == "low"]
+    low = [block for block in arena.blocks if block.kind == BlockKind.LOW]
     found = [Finding(len(low) <= MOST_LOW, f"{len(low)} low obstacles (at most {MOST_LOW})")]
     for block in low:
         if not LOW_FROM_M <= block.size[2] <= LOW_TO_M:

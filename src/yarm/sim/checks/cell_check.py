@@ -171,45 +171,39 @@ class _Checker:
             for b in self._world.bodies.values()
             if b.kind in (ObjectKind.OBSTACLE, ObjectKind.MANIPULATOR)
         ]
-        solid = np.concatenate([np.zeros((0, 3)), *fixed])
-        space = ConfigurationSpace(self._shape, solid, self._spec)
+        space = ConfigurationSpace(self._shape, np.concatenate([np.zeros((0, 3)), *fixed]), self._spec)
         reached: Dict[str, BoolArray] = {}
-        square: Dict[str, BoolArray] = {}
         found = []
         for robot in self._world.scene.robots:
             column = self._spec.column_of(transforms[f"{robot.name}/ee"][:3, 3])
             reached[robot.name] = space.reachable(column, nearest_heading(robot.heading_rad))
-            own = RobotShape.from_points(points, self._spec, robot.heading_rad)
-            square[robot.name] = ConfigurationSpace(own, solid, self._spec).reachable_by_quarters(column)
-            if not (reached[robot.name].any() or square[robot.name].any()):
+            if not reached[robot.name].any():
                 found.append(Finding(False, f"{robot.name} cannot move: something is within one cell of its start"))
-        return found + [self._reach_goal(goal, reached, square) for goal in self._goals]
+        return found + [self._reach_goal(goal, reached) for goal in self._goals]
 
-    def _reach_goal(self, goal: GoalPoint, reached: Dict[str, BoolArray], square: Dict[str, BoolArray]) -> Finding:
-        """By any turns, and by the quarter turns from its own heading that the Commander has robots make."""
+    def _reach_goal(self, goal: GoalPoint, reached: Dict[str, BoolArray]) -> Finding:
         column = self._spec.column_of((goal.x, goal.y))
         by = {name: configurations_at(cells, column) for name, cells in reached.items()}
         able = {name: options for name, options in by.items() if options}
-        robots = {robot.name: robot for robot in self._world.scene.robots}
-        turned = {
-            name: [(nearest_heading(robots[name].heading_rad + heading_angles()[i]), at) for i, at in options]
-            for name, options in ((name, configurations_at(cells, column)) for name, cells in square.items())
-            if options
-        }
-        known = (*able.values(), *turned.values())
-        self._options[goal.name] = sorted({option for options in known for option in options})
-        degrees = [round(math.degrees(heading_angles()[heading])) for heading, _ in self._options[goal.name]]
-        if turned:
-            text = f"{goal.name}: {', '.join(turned)} can reach it, headings {degrees} deg"
-            return Finding(True, text, goal.name)
+        self._options[goal.name] = sorted({option for options in able.values() for option in options})
         if not able:
             text = f"{goal.name}: no robot can get to column {column} at any heading with the margin"
             return Finding(False, text, goal.name)
-        text = (
-            f"{goal.name}: {', '.join(able)} can get to column {column} only at headings {degrees} deg, to which "
-            f"quarter turns do not lead; the Commander's turns_deg needs finer ones, such as 45 and -45"
-        )
-        return Finding(False, text, goal.name)
+        degrees = [round(math.degrees(heading_angles()[heading])) for heading, _ in self._options[goal.name]]
+        square = [name for name, options in able.items() if any(self._is_square(name, h) for h, _ in options)]
+        if not square:
+            return Finding(
+                False,
+                f"{goal.name}: {', '.join(able)} can get to column {column} only at headings {degrees} deg, to which "
+                f"quarter turns do not lead; the Commander's turns_deg needs finer ones, such as 45 and -45",
+                goal.name,
+            )
+        return Finding(True, f"{goal.name}: {', '.join(square)} can reach it, headings {degrees} deg", goal.name)
+
+    def _is_square(self, robot: str, heading: int) -> bool:
+        """Whether quarter turns lead a robot from its start to a heading."""
+        start = next(spec.heading_rad for spec in self._world.scene.robots if spec.name == robot)
+        return (heading - nearest_heading(start)) % (len(heading_angles()) // 4) == 0
 
     def _pairs(self) -> List[Finding]:
         found: List[Finding] = []

@@ -12,7 +12,7 @@ from scipy import ndimage
 from yarm.geometry import BoolArray, FloatArray, Pose2, wrap_angle
 from yarm.robots import turtlebot
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
-from yarm.sim.scenes.arena import Block
+from yarm.sim.scenes.arena import Block, BlockKind
 from yarm.sim.scenes.layout import Layout
 
 DISC_M = 0.20
@@ -66,7 +66,7 @@ def visible_share(layout: Layout, number: int, pose: Pose2) -> float:
         in_picture &= (rows >= 0.0) & (rows < turtlebot.HIDDEN_ROWS_FROM)
     outwards = math.cos(box.pose.yaw_rad), math.sin(box.pose.yaw_rad)
     faces = (camera.x - points[:, 0]) * outwards[0] + (camera.y - points[:, 1]) * outwards[1] > 0.0
-    others = [block for block in layout.arena.blocks if block is not box and block.kind != "low"]
+    others = [block for block in layout.arena.blocks if block is not box and block.kind != BlockKind.LOW]
     enter, _, _ = FlatBoxes(others).spans(camera.x, camera.y, bearings)
     open_way = np.all(enter >= away - 1e-6, axis=0)
     return float(np.mean(in_picture & faces & open_way))

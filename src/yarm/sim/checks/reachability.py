@@ -57,24 +57,22 @@ class RobotShape:
 
     Attributes:
         cells: HEADINGS arrays (n, 3): dx, dy from the end effector's column, absolute z.
-        first_rad: the first heading, rad; the others follow it.
     """
 
     cells: Tuple[IntArray, ...]
-    first_rad: float = 0.0
 
     @staticmethod
-    def from_points(points_ee: FloatArray, spec: GridSpec, first_rad: float = 0.0) -> RobotShape:
+    def from_points(points_ee: FloatArray, spec: GridSpec) -> RobotShape:
         """From points (n, 3) that fill the robot: x, y from its end effector along its heading, z above the floor."""
         res_x, res_y, res_z = spec.resolution
         inside = points_ee[(points_ee[:, 2] >= spec.lower[2]) & (points_ee[:, 2] < spec.upper[2])]
         cells = []
-        for heading in heading_angles() + first_rad:
+        for heading in heading_angles():
             turned = transform_points(transform_matrix((0, 0, 0), quaternion_from_rpy(0, 0, heading)), inside)
             columns = np.floor(turned[:, :2] / (res_x, res_y) + 0.5)
             z = np.floor((turned[:, 2] - spec.lower[2]) / res_z)
             cells.append(np.unique(np.column_stack([columns, z]).astype(np.int64), axis=0))
-        return RobotShape(tuple(cells), first_rad)
+        return RobotShape(tuple(cells))
 
     def image_at(self, heading: int, column: Tuple[int, int], spec: GridSpec) -> ColumnImage:
         """Column image of the robot at a configuration; cells outside the grid are left out."""
@@ -119,31 +117,6 @@ class ConfigurationSpace:
             if np.array_equal(merged, reached):
                 return reached
             reached = merged
-
-    def reachable_by_quarters(self, column: Tuple[int, int]) -> BoolArray:
-        """As ``reachable`` from the first heading, for a robot that only makes quarter turns and drives at those."""
-        reached: BoolArray = np.zeros_like(self.free)
-        if not (self.spec.contains((*column, 0)) and self.free[0][column]):
-            return reached
-        quarter = HEADINGS // 4
-        fields = [ndimage.label(self.free[k * quarter], structure=np.ones((3, 3)))[0] for k in range(4)]
-        # Where the turn from a quarter to the next one is free all the way.
-        turns = [
-            np.all([self.free[(k * quarter + i) % HEADINGS] for i in range(quarter + 1)], axis=0) for k in range(4)
-        ]
-        at = np.zeros((4, *self.spec.shape[:2]), dtype=bool)
-        at[0][column] = True
-        while True:
-            driven = np.stack([np.isin(field, np.unique(field[here])) & (field > 0) for field, here in zip(fields, at)])
-            turned = driven.copy()
-            for k in range(4):
-                turned[(k + 1) % 4] |= driven[k] & turns[k]
-                turned[k] |= driven[(k + 1) % 4] & turns[k]
-            if np.array_equal(turned, at):
-                break
-            at = turned
-        reached[::quarter] = at
-        return reached
 
 
 def _neighbourhood() -> npt.NDArray[np.int64]:

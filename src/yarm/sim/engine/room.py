@@ -21,7 +21,7 @@ from yarm.sim.engine.contacts import FLOOR, ContactLog
 from yarm.sim.kinematic.wheel_odometry import EXACT, TYPICAL, WheelOdometry
 from yarm.sim.robots.bumper import BumperLogic
 from yarm.sim.robots.turtlebot import TurtleBot
-from yarm.sim.scenes.arena import Arena, Block
+from yarm.sim.scenes.arena import Arena, Block, BlockKind
 from yarm.sim.sensors.noise import FloatImage
 from yarm.sim.sensors.room_eye import RoomEye
 
@@ -30,11 +30,11 @@ STEPS_PER_TICK = 2
 TICK_S = STEPS_PER_TICK / STEPS_PER_SECOND
 TICKS_PER_ODOMETRY = round(1.0 / (turtlebot.ODOMETRY_RATE_HZ * TICK_S))
 TICKS_PER_SCAN = round(1.0 / (turtlebot.SCAN_RATE_HZ * TICK_S))
-COLOURS: Dict[str, Tuple[float, float, float]] = {
-    "wall": (0.85, 0.87, 0.90),
-    "block": (0.55, 0.57, 0.60),
-    "low": (0.66, 0.26, 0.18),
-    "box": (0.70, 0.55, 0.38),
+COLOURS: Dict[BlockKind, Tuple[float, float, float]] = {
+    BlockKind.WALL: (0.85, 0.87, 0.90),
+    BlockKind.BLOCK: (0.55, 0.57, 0.60),
+    BlockKind.LOW: (0.66, 0.26, 0.18),
+    BlockKind.BOX: (0.70, 0.55, 0.38),
 }
 """Red, green, blue of each kind of block."""
 

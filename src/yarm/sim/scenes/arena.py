@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Tuple, Union
 
@@ -12,11 +13,22 @@ from yarm.resources import resource
 from yarm.yaml_fields import Faults, Fields, SceneError, load_yaml
 
 KINDS = ("practice", "rooms", "corridors", "clutter", "bricks", "custom")
-BLOCK_KINDS = ("wall", "block", "low", "box")
-"""A wall or block is seen by the scan; what is low is not; a box carries a tag."""
 MOST_BLOCKS = 300
 HALF_M = 20.0
 """Coordinates lie within this of the origin."""
+
+
+class BlockKind(str, Enum):
+    """What a block is, by the word of arena files: all but what is low is seen by the scan, and a box carries a tag."""
+
+    WALL = "wall"
+    BLOCK = "block"
+    LOW = "low"
+    BOX = "box"
+
+    def __str__(self) -> str:
+        """The word."""
+        return str(self.value)
 
 
 @dataclass(frozen=True)
@@ -25,13 +37,13 @@ class Block:
 
     Attributes:
         name: unique name.
-        kind: one of BLOCK_KINDS.
+        kind: what it is.
         pose: its centre and heading, world.
         size: along its own x, y and up, metres.
     """
 
     name: str
-    kind: str
+    kind: BlockKind
     pose: Pose2
     size: Tuple[float, float, float]
 
@@ -122,7 +134,9 @@ def _pose(fields: Fields) -> Pose2:
 def _block(fields: Fields) -> Block:
     pose = _pose(fields)
     size = fields.numbers("size", 3, 0.01, 2.0 * HALF_M)
-    block = Block(fields.text("name"), fields.text("kind", choices=BLOCK_KINDS), pose, (size[0], size[1], size[2]))
+    word = fields.text("kind", choices=tuple(str(kind) for kind in BlockKind))
+    kind = BlockKind(word) if word else BlockKind.BLOCK  # a wrong word is a fault already
+    block = Block(fields.text("name"), kind, pose, (size[0], size[1], size[2]))
     fields.finish()
     return block
 

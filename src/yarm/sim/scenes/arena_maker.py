@@ -12,7 +12,7 @@ from yarm.geometry import FloatArray, Pose2
 from yarm.robots.turtlebot import RADIUS_M
 from yarm.sim.checks.arena_check import arena_cells, is_sound
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
-from yarm.sim.scenes.arena import Arena, Block, load_arena
+from yarm.sim.scenes.arena import Arena, Block, BlockKind, load_arena
 
 HALF_M = 3.0
 """Inside the outer walls an arena reaches so far from the origin along x and y."""
@@ -91,7 +91,7 @@ class _Draft:
         along_x = abs(x1 - x0) > abs(y1 - y0)
         size = (length, WALL_THICK_M, WALL_HIGH_M) if along_x else (WALL_THICK_M, length, WALL_HIGH_M)
         self._lines.append(line)
-        self._put("wall", Pose2(0.5 * (x0 + x1), 0.5 * (y0 + y1)), size)
+        self._put(BlockKind.WALL, Pose2(0.5 * (x0 + x1), 0.5 * (y0 + y1)), size)
 
     def wall_with_door(self, line: Line, door_m: float, at: float) -> None:
         """A wall with an opening; ``at`` in 0 to 1 says where along what is left."""
@@ -104,7 +104,9 @@ class _Draft:
             if end - start > 0.12:
                 self.wall((x0 + ux * start, y0 + uy * start, x0 + ux * end, y0 + uy * end))
 
-    def scatter(self, kind: str, count: int, sizes: Callable[[], Tuple[float, float, float]], at_wall: float) -> int:
+    def scatter(
+        self, kind: BlockKind, count: int, sizes: Callable[[], Tuple[float, float, float]], at_wall: float
+    ) -> int:
         """Things at random places, every gap wide enough; a share of them stands against a wall.
 
         Returns:
@@ -125,7 +127,7 @@ class _Draft:
 
     def bumps_on_walls(self, count: int, deepest_m: float) -> None:
         """Blocks on walls that make the sides of a corridor uneven; the way past them stays wide enough."""
-        self.scatter("block", count, lambda: self._pillar(deepest_m), 1.0)
+        self.scatter(BlockKind.BLOCK, count, lambda: self._pillar(deepest_m), 1.0)
 
     def start(self, at_wall: bool) -> Pose2:
         """A free place for the robot, or one in contact.
@@ -150,7 +152,7 @@ class _Draft:
                     return touching
         raise RuntimeError("no place for the robot")
 
-    def _put(self, kind: str, pose: Pose2, size: Tuple[float, float, float]) -> None:
+    def _put(self, kind: BlockKind, pose: Pose2, size: Tuple[float, float, float]) -> None:
         number = 1 + sum(block.kind == kind for block in self.blocks)
         self.blocks.append(Block(f"{kind}_{number}", kind, pose, size))
 
@@ -181,7 +183,7 @@ class _Draft:
         gaps = others.signed(outline).min(axis=0)
         back = FlatBoxes([block]).signed(others.corners().reshape(-1, 2)).reshape(-1, 4).min(axis=1)
         gaps = np.minimum(gaps, back)
-        is_wall = np.array([other.kind == "wall" for other in self.blocks])
+        is_wall = np.array([other.kind == BlockKind.WALL for other in self.blocks])
         touching = gaps < 1e-6
         if np.any(touching & ~(is_wall & flush)):
             return False
@@ -227,8 +229,8 @@ def _rooms(draft: _Draft) -> str:
             y = float(draw.uniform(y0 + 1.4, y1 - 1.4))
             draft.wall_with_door((x0, y, x1, y), door, at)
             todo += [(x0, y0, x1, y, depth + 1), (x0, y, x1, y1, depth + 1)]
-    draft.scatter("block", int(draw.integers(3, 7)), lambda: _block_size(draw), 0.7)
-    draft.scatter("low", int(draw.integers(0, 4)), lambda: _brick_size(draw), 0.5)
+    draft.scatter(BlockKind.BLOCK, int(draw.integers(3, 7)), lambda: _block_size(draw), 0.7)
+    draft.scatter(BlockKind.LOW, int(draw.integers(0, 4)), lambda: _brick_size(draw), 0.5)
     return "rooms with doors, some of them dead ends"
 
 
@@ -248,7 +250,7 @@ def _corridors(draft: _Draft) -> str:
                 left, low = -HALF_M + (x + dx) * edge, -HALF_M + (y + dy) * edge
                 draft.wall((left, low, left, low + edge) if dx else (left, low, left + edge, low))
     draft.bumps_on_walls(int(draw.integers(8, 14)), edge - WALL_THICK_M - PASSAGE_M - 0.01)
-    draft.scatter("low", int(draw.integers(0, 3)), lambda: _low_pillar(draw, edge), 1.0)
+    draft.scatter(BlockKind.LOW, int(draw.integers(0, 3)), lambda: _low_pillar(draw, edge), 1.0)
     return "long corridors with uneven sides and dead ends"
 
 
@@ -310,8 +312,8 @@ def _clutter(draft: _Draft) -> str:
     """Blocks everywhere."""
     draw = draft.draw
     _niches(draft, int(draw.integers(1, 3)))
-    draft.scatter("block", int(draw.integers(10, 17)), lambda: _block_size(draw), 0.3)
-    draft.scatter("low", int(draw.integers(0, 4)), lambda: _brick_size(draw), 0.3)
+    draft.scatter(BlockKind.BLOCK, int(draw.integers(10, 17)), lambda: _block_size(draw), 0.3)
+    draft.scatter(BlockKind.LOW, int(draw.integers(0, 4)), lambda: _brick_size(draw), 0.3)
     return "an open room full of blocks, with niches"
 
 
@@ -322,8 +324,8 @@ def _bricks(draft: _Draft) -> str:
         x = float(draw.uniform(-0.8, 0.8))
         draft.wall_with_door((x, -HALF_M, x, HALF_M), float(draw.uniform(0.9, 1.2)), float(draw.random()))
     _niches(draft, 1)
-    draft.scatter("low", int(draw.integers(4, 7)), lambda: _brick_size(draw), 0.3)
-    draft.scatter("block", int(draw.integers(2, 6)), lambda: _block_size(draw), 0.5)
+    draft.scatter(BlockKind.LOW, int(draw.integers(4, 7)), lambda: _brick_size(draw), 0.3)
+    draft.scatter(BlockKind.BLOCK, int(draw.integers(2, 6)), lambda: _block_size(draw), 0.5)
     return "low brick walls that the scan does not see"
 
 

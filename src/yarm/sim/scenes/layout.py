@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Tuple
 
 from yarm.geometry import Pose2
-from yarm.sim.scenes.arena import Arena, Block
+from yarm.sim.scenes.arena import Arena, Block, BlockKind
 
 BLANK = 0
 """The tag number of a box without a picture."""
@@ -28,7 +28,7 @@ class Layout:
     @property
     def boxes(self) -> Tuple[Block, ...]:
         """The boxes; number n is at index n - 1."""
-        return tuple(block for block in self.arena.blocks if block.kind == "box")
+        return tuple(block for block in self.arena.blocks if block.kind == BlockKind.BOX)
 
     @property
     def start(self) -> Pose2:
@@ -42,8 +42,8 @@ def walls(lower: Tuple[float, float], upper: Tuple[float, float]) -> Tuple[Block
     wide, long = (high - low + 2.0 * WALL_THICK_M for low, high in zip(lower, upper))
     half = 0.5 * WALL_THICK_M
     return (
-        Block("wall_1", "wall", Pose2(middle_x, lower[1] - half), (wide, WALL_THICK_M, WALL_HIGH_M)),
-        Block("wall_2", "wall", Pose2(upper[0] + half, middle_y), (WALL_THICK_M, long, WALL_HIGH_M)),
-        Block("wall_3", "wall", Pose2(middle_x, upper[1] + half), (wide, WALL_THICK_M, WALL_HIGH_M)),
-        Block("wall_4", "wall", Pose2(lower[0] - half, middle_y), (WALL_THICK_M, long, WALL_HIGH_M)),
+        Block("wall_1", BlockKind.WALL, Pose2(middle_x, lower[1] - half), (wide, WALL_THICK_M, WALL_HIGH_M)),
+        Block("wall_2", BlockKind.WALL, Pose2(upper[0] + half, middle_y), (WALL_THICK_M, long, WALL_HIGH_M)),
+        Block("wall_3", BlockKind.WALL, Pose2(middle_x, upper[1] + half), (wide, WALL_THICK_M, WALL_HIGH_M)),
+        Block("wall_4", BlockKind.WALL, Pose2(lower[0] - half, middle_y), (WALL_THICK_M, long, WALL_HIGH_M)),
     )

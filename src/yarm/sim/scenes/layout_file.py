@@ -9,7 +9,7 @@ from typing import List, Tuple
 
 from yarm.geometry import Pose2
 from yarm.resources import resource
-from yarm.sim.scenes.arena import HALF_M, Arena, Block
+from yarm.sim.scenes.arena import HALF_M, Arena, Block, BlockKind
 from yarm.sim.scenes.layout import Layout, walls
 from yarm.sim.scenes.layout_maker import KINDS, SEEDS, make_layout
 from yarm.yaml_fields import Faults, Fields, SceneError, load_yaml
@@ -69,7 +69,7 @@ def layout_from(raw: object, file: Path) -> Layout:
     top.finish()
     _check((lower[0], lower[1]), (upper[0], upper[1]), start, poses, faults)
     faults.raise_if_any()
-    boxes = [Block(f"box_{i + 1}", "box", pose, (size[1], size[0], size[2])) for i, pose in enumerate(poses)]
+    boxes = [Block(f"box_{i + 1}", BlockKind.BOX, pose, (size[1], size[0], size[2])) for i, pose in enumerate(poses)]
     bounds = (lower[0], lower[1]), (upper[0], upper[1])
     return Layout(Arena(name, "custom", seed, *bounds, (*walls(*bounds), *boxes), start, about), tags or ())
 

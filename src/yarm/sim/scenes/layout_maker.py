@@ -11,7 +11,7 @@ from yarm.geometry import FloatArray, Pose2
 from yarm.robots.turtlebot import RADIUS_M
 from yarm.sim.checks.layout_check import LEAST_SHARE, sights
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
-from yarm.sim.scenes.arena import Arena, Block
+from yarm.sim.scenes.arena import Arena, Block, BlockKind
 from yarm.sim.scenes.layout import BLANK, Layout, walls
 
 KINDS = ("open", "wall", "cluster", "corridor")
@@ -51,7 +51,7 @@ def _draft(kind: str, seed: int, draw: Rng) -> Optional[Layout]:
     poses = _PLACERS[kind](draw, size)
     if len(poses) < BOXES:
         return None
-    boxes = [Block(f"box_{i + 1}", "box", pose, size) for i, pose in enumerate(poses[:BOXES])]
+    boxes = [Block(f"box_{i + 1}", BlockKind.BOX, pose, size) for i, pose in enumerate(poses[:BOXES])]
     lower, upper = (-HALF_M, -HALF_M), (HALF_M, HALF_M)
     blocks = (*walls(lower, upper), *boxes)
     start = _start(draw, blocks)
@@ -83,8 +83,8 @@ def _gap(pose: Pose2, size: Tuple[float, float, float], others: Sequence[Pose2])
     """Least gap, metres, of a box at a pose to boxes at others; negative when they overlap."""
     if not others:
         return math.inf
-    one = FlatBoxes([Block("one", "box", pose, size)])
-    rest = FlatBoxes([Block(f"other_{i}", "box", other, size) for i, other in enumerate(others)])
+    one = FlatBoxes([Block("one", BlockKind.BOX, pose, size)])
+    rest = FlatBoxes([Block(f"other_{i}", BlockKind.BOX, other, size) for i, other in enumerate(others)])
     there = rest.signed(_outline(pose, size)).min()
     back = min(float(one.signed(_outline(other, size)).min()) for other in others)
     return float(min(there, back))

@@ -138,19 +138,3 @@ def test_points_fill_a_solid_densely(shape: str, size: Tuple[float, ...]) -> Non
 
 def test_pairs_are_every_two() -> None:
     assert list(pairs(["a", "b", "c"])) == [("a", "b"), ("a", "c"), ("b", "c")]
-
-
-def test_quarter_turns_lead_to_four_headings_where_there_is_room_to_turn() -> None:
-    """The bar turns in the open, from whatever heading it starts at; in a lane it only drives on and backs up."""
-    quarter = HEADINGS // 4
-    askew = RobotShape.from_points(BAR, SPEC, math.radians(7.0))
-    reached = ConfigurationSpace(askew, np.zeros((0, 3)), SPEC).reachable_by_quarters((6, 6))
-    assert {h for h in range(HEADINGS) if reached[h].any()} == {0, quarter, 2 * quarter, 3 * quarter}
-    assert reached[::quarter, 6, 6].all()
-    lane = np.array([[0.1 * x + 0.05, 0.1 * y + 0.05, 0.15] for x in range(12) for y in (4, 8)])
-    in_lane = ConfigurationSpace(RobotShape.from_points(BAR, SPEC), lane, SPEC)
-    reached = in_lane.reachable_by_quarters((6, 6))
-    assert {(int(x), int(y)) for x, y in np.argwhere(reached[0])} == {(x, 6) for x in range(3, 12)}
-    assert not reached[1:].any()
-    assert not in_lane.reachable_by_quarters((6, 5)).any()
-    assert not in_lane.reachable_by_quarters((-1, 6)).any()
