@@ -48,13 +48,13 @@ def blocked(occupied: BoolArray, radius_cells: float) -> BoolArray:
     wide[reach : reach + rows, reach : reach + columns] = occupied
     touched = np.zeros_like(occupied)
     half_widths = kernel.sum(axis=1) // 2  # a row of the kernel is one run of cells about its middle
-    grown = wide[:, reach : reach + columns].copy()
+    inflated = wide[:, reach : reach + columns].copy()
     for width in range(int(half_widths.max(initial=-1)) + 1):
         if width:
-            grown |= wide[:, reach - width : reach - width + columns]
-            grown |= wide[:, reach + width : reach + width + columns]
+            inflated |= wide[:, reach - width : reach - width + columns]
+            inflated |= wide[:, reach + width : reach + width + columns]
         for row in np.flatnonzero(kernel.any(axis=1) & (half_widths == width)):
-            touched |= grown[row : row + rows]
+            touched |= inflated[row : row + rows]
     return touched
 
 
