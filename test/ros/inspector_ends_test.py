@@ -19,6 +19,7 @@ from support.listening import ListeningTest
 from yarm.geometry import Pose2
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.start import init_node
 from yarm.ros.experiment.usage import node_pids
 
 NODE = f"/{names.INSPECTOR_NODE}"
@@ -72,5 +73,5 @@ class InspectorEndsTest(ListeningTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("inspector_ends_test")
+    init_node("inspector_ends_test")
     rostest.rosrun("yarm", "inspector_ends", InspectorEndsTest, sys.argv)

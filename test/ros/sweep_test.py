@@ -18,6 +18,7 @@ from yarm.msg import Contacts, MoveRobotAction, TransformStampedVector
 from yarm.geometry import Pose2
 from yarm.manipulation.coverage.sweep import RobotSpace, plan_sweep
 from yarm.ros.common import names
+from yarm.ros.common.start import init_node
 from yarm.ros.manipulation.sweep import CellView, move_goal, sweep
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -79,5 +80,5 @@ class SweepTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("sweep")
+    init_node("sweep")
     rostest.rosrun("yarm", "sweep", SweepTest)
