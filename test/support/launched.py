@@ -49,9 +49,11 @@ def run(command: List[str], name: str, limit_s: float) -> str:
 
 
 def _end_of(text: str) -> str:
-    """What says why: rostest's own report where there is one, else the last lines."""
+    """What says why: rostest's own report where there is one, and the last lines before it."""
     report = text.rfind("[ROSTEST]")
-    return text[report if report >= 0 else -MOST_CHARS :][:MOST_CHARS]
+    if report < 0:
+        return text[-MOST_CHARS:]
+    return f"{text[report:][:MOST_CHARS]}\nbefore that:\n{text[:report][-MOST_CHARS:]}"
 
 
 class Launched:
