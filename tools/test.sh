@@ -2,8 +2,7 @@
 # The tests: those that need no ROS on every core, then those that start it, one after the other.
 #   tools/test.sh [fast] [arguments of pytest]     fast leaves the second part out
 # Needs tools/env.sh sourced and, for the second part, the package built. All tests of a file run in one process, in
-# their order, so that the number of cores decides nothing but the time. A test of the second part that fails is run once
-# more, and the closing lines show how it failed and that it was run again (CONTRIBUTING.md, "Tests").
+# their order, so that the number of cores decides nothing but the time.
 cd "$(dirname "$0")/.." || exit 1
 none_found=5
 
@@ -12,10 +11,10 @@ if [ "${1:-}" = fast ]; then
   part=fast
   shift
 fi
-python3 -m pytest -p no:rerunfailures -n "$(nproc)" --dist loadfile test/python test/contract "$@"
+python3 -m pytest -n "$(nproc)" --dist loadfile test/python test/contract "$@"
 status=$?
 [ "$part" = all ] || exit "$status"
-python3 -m pytest --reruns 1 test/cpp test/ros test/system "$@"
+python3 -m pytest test/cpp test/ros test/system "$@"
 second=$?
 # A selection (-k) that leaves nothing of one part is no fault as long as the other part has something.
 if [ "$status" -eq 0 ] && [ "$second" -eq "$none_found" ]; then

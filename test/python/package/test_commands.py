@@ -72,7 +72,7 @@ def test_both_parts_of_the_tests_run_and_the_worse_one_counts(
     assert ended.returncode == verdict
     first, second = log.read_text().splitlines()
     assert "--dist loadfile test/python test/contract -k one or two" in first
-    assert second == "-m pytest --reruns 1 test/cpp test/ros test/system -k one or two"
+    assert second == "-m pytest test/cpp test/ros test/system -k one or two"
     assert {path.name for path in (ROOT / "test").iterdir() if list(path.rglob("test_*.py"))} == {
         word.split("/")[1] for line in (first, second) for word in line.split() if word.startswith("test/")
     }
