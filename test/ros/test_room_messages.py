@@ -16,7 +16,7 @@ from yarm.robots.turtlebot import Bumper
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.rooms import messages
 from yarm.sim.engine.room import COLOURS
-from yarm.sim.scenes.arena import BLOCK_KINDS
+from yarm.sim.scenes.arena import BlockKind
 from yarm.sim.sensors.room_eye import CAMERA
 
 STAMP = rospy.Time(12, 340_000_000)
@@ -65,7 +65,7 @@ def test_the_bumpers_cloud_has_a_point_near_for_each_pressed_sector(pressed):
 
 
 def test_every_kind_of_block_has_a_colour_and_stands_on_the_floor():
-    assert set(COLOURS) == set(BLOCK_KINDS)
+    assert set(COLOURS) == set(BlockKind)
     arena = room(block("brick", 1.0, 0.5, (0.2, 0.1, 0.1), "low"))
     markers = messages.arena_markers(arena.blocks)
     assert len({marker.id for marker in markers}) == len(arena.blocks)
