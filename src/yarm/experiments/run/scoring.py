@@ -23,7 +23,7 @@ def judge(
 ) -> Tuple[str, ...]:
     """Everything that is wrong with a run, one sentence each; empty for a success."""
     faults: List[str] = []
-    given_up = case.refusals and info.outcome == Ending.FAILED and any(refused(goal) for goal in goals)
+    given_up = case.may_fail and info.outcome == Ending.FAILED and any(refused(goal) for goal in goals)
     if info.outcome != Ending.SUCCEEDED and not given_up:
         faults.append(f"the Commander's mission ended {info.outcome or 'never'!r}: {info.reason or 'no reason given'}")
     if not goals:
