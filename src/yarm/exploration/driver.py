@@ -11,7 +11,7 @@ import numpy as np
 
 from yarm.exploration.model import LOOP_S, Command, Event, Observation
 from yarm.exploration.params import ExploreParams
-from yarm.exploration.seen import SweptGround
+from yarm.exploration.seen import EDGE_M, SweptGround
 from yarm.geometry import FloatArray, Pose2, pairs, wrap_angle
 from yarm.navigation.follower import FollowSettings, PathFollower, room_ahead
 from yarm.navigation.grid_map import OCCUPIED_AT_LEAST, GridMap
@@ -20,15 +20,27 @@ from yarm.navigation.path_check import check_path
 from yarm.navigation.planner import Cell, Field
 from yarm.robots import turtlebot
 
+
+def _strip_ahead(from_m: float, to_m: float, half_width_m: float) -> FloatArray:
+    """(n, 2) points no farther apart than a square of swept ground, of the strip ahead, outside the body."""
+    ahead = np.linspace(from_m, to_m, math.ceil((to_m - from_m) / EDGE_M) + 1)
+    aside = np.linspace(-half_width_m, half_width_m, math.ceil(2.0 * half_width_m / EDGE_M) + 1)
+    points = np.stack(np.meshgrid(ahead, aside), axis=-1).reshape(-1, 2)
+    outside: FloatArray = points[np.hypot(points[:, 0], points[:, 1]) > turtlebot.RADIUS_M]
+    return outside
+
+
 DISC_M = 0.18
 """Radius of the disc that every way keeps clear."""
 STRIP_M = turtlebot.RADIUS_M + 0.02
-"""Half the width of the strip ahead in which something counts as near."""
+"""Half the width of the strip ahead in which something counts as near, and whose floor must have been seen."""
 LOOK_PASSES = 3
 """Every n-th scan is taken to say which floor was seen."""
-SOON_PASSED: FloatArray = np.stack(np.meshgrid(np.linspace(0.20, 0.32, 3), (-0.13, 0.0, 0.13)), axis=-1).reshape(-1, 2)
-"""(n, 2) points of the floor that the robot is about to pass, base frame, metres."""
+FLOOR_SEEN_M = (0.85, 2.5)
+"""Floor is seen from no nearer and no farther: nearer the robot's own plate hides the lowest obstacles."""
 SAME_PLACE_M = 0.01
+SOON_PASSED: FloatArray = _strip_ahead(0.10, 0.32, STRIP_M)
+"""(n, 2) points of the floor that the robot is about to pass, base frame, metres."""
 TOUCHING_M = turtlebot.RADIUS_M + 0.02
 """Something this near ahead stops the robot."""
 
@@ -112,7 +124,7 @@ class Driver:
             )
         )
         self._near_m = params.near_distance
-        self.floor = SweptGround(0.80, 2.5)
+        self.floor = SweptGround(*FLOOR_SEEN_M)
         self.map: Optional[GridMap] = None
         self._ground: Optional[Ground] = None
         self._field: Optional[Field] = None

@@ -12,7 +12,8 @@ from yarm.geometry.scans import Scan
 from yarm.navigation.grid_map import GridMap
 from yarm.robots import turtlebot
 
-EDGE_M = 0.1
+EDGE_M = 0.05
+"""Of the squares: small enough that one under the robot's edge hides no brick beside it."""
 
 
 class SweptGround:
@@ -51,7 +52,7 @@ class SweptGround:
         columns = self._squares.span(base.x, turtlebot.RADIUS_M)
         away_y = self._squares.centres(rows.start, rows.stop)[:, None] - base.y
         away_x = self._squares.centres(columns.start, columns.stop)[None, :] - base.x
-        self._when[rows, columns][np.hypot(away_y, away_x) <= turtlebot.RADIUS_M + 0.5 * EDGE_M] = now_s
+        self._when[rows, columns][np.hypot(away_y, away_x) <= turtlebot.RADIUS_M] = now_s
 
     def since(self, points: FloatArray, since_s: float) -> BoolArray:
         """(n,) which of points (n, 2) of the map frame have been in view at this time or later."""

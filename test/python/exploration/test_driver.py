@@ -11,12 +11,16 @@ import pytest
 
 from python.exploration.explorer_samples import far_scan, moved, observe
 from python.navigation.map_samples import drawn
-from yarm.exploration.driver import TOUCHING_M, Driven, Driver, DriverSettings, Drives
+from yarm.experiments.explore.measures import SPEED_SLACK
+from yarm.experiments.explore.trial import ExploreSpec, run_trial
+from yarm.exploration.driver import SOON_PASSED, TOUCHING_M, Driven, Driver, DriverSettings, Drives
 from yarm.exploration.model import LOOP_S, LowView
 from yarm.exploration.params import ExploreParams
+from yarm.exploration.seen import EDGE_M
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Odometry
 from yarm.navigation.grid_map import GridMap
+from yarm.robots import turtlebot
 from yarm.robots.turtlebot import Bumper, BumperEvent
 
 HALL = drawn("############\n#..........#\n#..........#\n#..........#\n############", scale=10)
@@ -90,6 +94,20 @@ def test_it_creeps_where_the_floor_was_never_seen() -> None:
     seeing = Rig(DriverSettings(cautious=True))
     seeing.go(*GOAL)
     assert max(g.command.v_mps for g in seeing.until(Drives.ARRIVED)) == pytest.approx(0.3)
+
+
+def test_all_floor_that_the_body_is_about_to_sweep_is_looked_at() -> None:
+    for x in np.arange(turtlebot.RADIUS_M, 0.32, 0.01):
+        for y in np.arange(-turtlebot.RADIUS_M, turtlebot.RADIUS_M + 1e-9, 0.01):
+            gap = np.hypot(*(SOON_PASSED - (x, y)).T).min()
+            assert gap <= EDGE_M / math.sqrt(2.0), f"nothing is looked at within {gap:.3f} m of ({x:.2f}, {y:.2f})"
+
+
+@pytest.mark.parametrize("arena", ["bricks_13", "bricks_16", "corridors_0", "corridors_20"])
+def test_bricks_beside_the_way_are_not_met_at_speed(arena: str) -> None:
+    measures = run_trial(ExploreSpec(arena, "yarm", seed=0, time_limit_s=120.0)).measures
+    assert measures.fastest_bump <= DriverSettings().touch_mps + SPEED_SLACK
+    assert measures.bumped_again == 0 and measures.too_fast_near_s == 0.0
 
 
 def test_a_bump_is_backed_off_from_slowly_and_ends_the_goal() -> None:

@@ -13,6 +13,7 @@ from yarm.exploration.squares import HALF_M, Squares
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.navigation.grid_map import GridMap
+from yarm.robots import turtlebot
 
 AT = Pose2(0.3, -0.2, 0.5)
 
@@ -60,6 +61,13 @@ def test_the_robots_own_place_is_known() -> None:
     ground = SweptGround(0.8, 4.0)
     ground.stand(AT, 1.0)
     assert ground.since(ahead(0.1, 90.0), 0.0)[0] and not ground.since(ahead(0.4), 0.0)[0]
+
+
+@pytest.mark.parametrize("bearing_deg", range(0, 360, 15))
+def test_the_floor_beside_the_robot_is_not_known_because_it_stands_there(bearing_deg: int) -> None:
+    ground = SweptGround(0.8, 4.0)
+    ground.stand(AT, 1.0)
+    assert not ground.since(ahead(turtlebot.RADIUS_M + 0.05, float(bearing_deg)), 0.0)[0]
 
 
 def test_swept_ground_lies_where_it_is_over_any_map() -> None:
