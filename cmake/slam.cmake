@@ -1,7 +1,9 @@
 # The ROS-free map maker and localisation (Eigen only), their nodes behind gmapping's and AMCL's names, tests and benchmarks.
 find_package(Threads REQUIRED)
 
-add_library(yarm_slam
+# Shared, because Python loads it (yarm.navigation.slam_native).
+add_library(yarm_slam SHARED
+  src/slam/c_api.cpp
   src/slam/coarse_search.cpp
   src/slam/distance_field.cpp
   src/slam/field_fit.cpp
