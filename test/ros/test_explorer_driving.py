@@ -55,14 +55,14 @@ def test_a_goal_goes_out_once_by_a_name_of_its_own_and_is_taken_back_by_it(wires
     assert goals[0].goal_id.id != goals[1].goal_id.id
     assert goals[0].goal.target_pose.header.frame_id == "map" and goals[0].goal_id.stamp == rospy.Time(12, 500000000)
     assert driving.drive(passed(Command(), Pose2(2.0, 0.5, 0.0), State.PAUSED), 13.0) == 0
-    assert [cancel.id for cancel in cancels] == [goals[1].goal_id.id] and not wires[names.TELEOP].sent
+    assert [cancel.id for cancel in cancels] == [goals[1].goal_id.id] and not wires[names.NAVI].sent
 
 
 def test_backing_off_counts_as_the_command_it_is(wires):
     driving = DrivesByMoveBase("map")
     driving.drive(passed(Command(0.2), Pose2(1.0, 0.0)), 1.0)
     assert driving.drive(passed(Command(-0.08), Pose2(1.0, 0.0)), 1.1) == 1
-    assert wires[names.TELEOP].sent[0].linear.x == -0.08 and len(wires["move_base/cancel"].sent) == 1
+    assert wires[names.NAVI].sent[0].linear.x == -0.08 and len(wires["move_base/cancel"].sent) == 1
 
 
 def test_when_time_goes_back_the_goal_is_sent_anew(wires):

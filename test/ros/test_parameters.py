@@ -60,14 +60,13 @@ def test_generated_pages_are_up_to_date():
     [
         ({"drive": "wheels"}, "drive = 'wheels': must be one of 'mux', 'move_base'"),
         ({"drive": "move_base", "controller": "report"}, "controller 'report' has no goals that it could send"),
-        ({"drive": "move_base", "sync": True}, "goes without lock-step only, sync must be false"),
     ],
 )
-def test_who_drives_must_fit_the_controller_and_the_lock_step(values, said, tmp_path):
+def test_who_drives_must_fit_the_controller(values, said, tmp_path):
     with pytest.raises(ParamError) as caught:
         explorer_params({**values, "map_path": str(tmp_path / "map")}, "explorer")
     assert said in str(caught.value)
-    good = {"drive": "move_base", "controller": "nearest", "map_path": str(tmp_path / "map")}
+    good = {"drive": "move_base", "controller": "nearest", "sync": True, "map_path": str(tmp_path / "map")}
     assert explorer_params(good, "explorer")[0].drive == "move_base"
 
 

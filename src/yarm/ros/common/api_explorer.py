@@ -96,7 +96,8 @@ TOPICS: Tuple[Topic, ...] = (
         api_rooms.MUX,
         "10 Hz",
         queue=10,
-        meaning="what the explorer wants: one command a pass, zeros while it stands",
+        meaning="what the explorer wants: one command a pass, zeros while it stands; driven by move_base it sends "
+        "goals, and the rest through navi",
     ),
     Topic(
         names.GATE_INPUT,

@@ -54,7 +54,10 @@ class DrivesItself:
 
 
 class DrivesByMoveBase:
-    """Goals for any node with the interface of ``move_base``; commands only for what is no drive to a goal."""
+    """Goals for any node with the interface of ``move_base``; commands only for what is no drive to a goal.
+
+    They share that node's source of the multiplexer: one of a higher priority would keep it out for a second each time.
+    """
 
     def __init__(self, frame: str) -> None:
         """Advertise and listen.
@@ -65,7 +68,7 @@ class DrivesByMoveBase:
         self._frame = frame
         self._relay = GoalRelay()
         self._name, self._serial = "", 0
-        self._command = rospy.Publisher(names.TELEOP, Twist, queue_size=10, tcp_nodelay=True)
+        self._command = rospy.Publisher(names.NAVI, Twist, queue_size=10, tcp_nodelay=True)
         self._goal = rospy.Publisher(names.move_base("goal"), MoveBaseActionGoal, queue_size=10, tcp_nodelay=True)
         self._cancel = rospy.Publisher(names.move_base("cancel"), GoalID, queue_size=10, tcp_nodelay=True)
         self._results = rospy.Subscriber(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 import threading
 import time
 from pathlib import Path
@@ -36,6 +37,8 @@ from yarm.sim.scenes.arena import load_arena
 
 PROGRESS_S = 1.0
 POLL_S = 0.05
+REASON_SHOWN = 100
+"""Characters of a reason in a line of progress."""
 ENDED = (State.DONE.value, State.FAILED.value)
 CUT_SHORT = "ROS is shutting down"
 
@@ -143,16 +146,7 @@ class Exploration:
         if status is None:
             say("waiting for the explorer")
             return
-        parts = [
-            f"{status.elapsed:6.1f} s",
-            f"x{rate:.2f}",
-            f"{100.0 * share:5.1f} % mapped" if math.isfinite(share) else "    - % mapped",
-            f"{status.left:5.0f} s left",
-            f"{status.state}: {status.behaviour}",
-            f"bumps: {bumps}",
-            *([status.reason] if status.reason else []),
-        ]
-        say(" | ".join(parts))
+        say(progress_line(status, rate, share, bumps))
 
     def _since_start(self, stamp: rospy.Time) -> float:
         return float("-inf") if self._started_s is None else float(stamp.to_sec()) - self._started_s
@@ -198,6 +192,27 @@ class Exploration:
                 if turtlebot.TYPE in bodies and len(others) == 1:
                     at_s = self._since_start(message.header.stamp)
                     self._recorder.touch(at_s, others.pop(), contact.point.x, contact.point.y)
+
+
+def progress_line(status: ExplorerStatus, rate: float, share: float, bumps: int) -> str:
+    """What a person sees of a run each second; of a long reason the beginning, since all of it is told at the end.
+
+    Args:
+        status: of the explorer.
+        rate: simulated seconds a second.
+        share: of what can be mapped; NaN before the first map.
+        bumps: contacts by the truth.
+    """
+    parts = [
+        f"{status.elapsed:6.1f} s",
+        f"x{rate:.2f}",
+        f"{100.0 * share:5.1f} % mapped" if math.isfinite(share) else "    - % mapped",
+        f"{status.left:5.0f} s left",
+        f"{status.state}: {status.behaviour}",
+        f"bumps: {bumps}",
+        *([textwrap.shorten(status.reason, REASON_SHOWN, placeholder=" ...")] if status.reason else []),
+    ]
+    return " | ".join(parts)
 
 
 def main() -> int:

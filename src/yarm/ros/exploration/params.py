@@ -85,8 +85,6 @@ def _faults_between(params: ExplorerParams) -> List[str]:
         found.append(f"controller = {params.controller!r}: must be one of {', '.join(sorted(CONTROLLERS))}")
     if params.drive == MOVE_BASE and params.controller in WITHOUT_GOALS:
         found.append(f"drive = {params.drive!r}: controller {params.controller!r} has no goals that it could send")
-    if params.drive == MOVE_BASE and params.sync:
-        found.append(f"drive = {params.drive!r}: goes without lock-step only, sync must be false")
     try:
         params.saves_as.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
