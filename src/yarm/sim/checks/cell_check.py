@@ -55,7 +55,7 @@ Configuration = Tuple[int, Tuple[int, int]]
 
 @dataclass(frozen=True)
 class GoalPoint:
-    """A place an end effector must get to: a goal's name (with what happened to it) and x, y, metres, world."""
+    """A place for an end effector: name of a goal (with what happened to it) or bin, and x, y, metres, world."""
 
     name: str
     x: float
@@ -67,7 +67,8 @@ def check_scene(scene: Scene, hands: bool = False) -> List[Finding]:
 
     Args:
         scene: to check.
-        hands: its mobile robots carry a hand, drawn up, with a piece of debris in it while they drive.
+        hands: its mobile robots carry a hand, drawn up, with a piece of debris in it while they drive, and take debris
+            to the scene's bins.
     """
     try:
         world = SimWorld(scene, hands=hands)
@@ -125,6 +126,8 @@ class _Checker:
         self._world = world
         self._spec = GridSpec()
         self._goals = goal_points(world.scene)
+        if any(robot.hand is not None for robot in world.robots.values()):
+            self._goals += [GoalPoint(spec.name, spec.station.x, spec.station.y) for spec in world.scene.bins]
         self._options: Dict[str, List[Configuration]] = {}
         self._shape: Optional[RobotShape] = None
 

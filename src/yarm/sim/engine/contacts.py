@@ -14,7 +14,8 @@ Stations = Mapping[str, Mapping[str, str]]
 """For each manipulator the names of its station's fixtures by type ("table", "stand")."""
 FLOOR = "Floor"
 """Kind of the floor, which no registry knows."""
-TABLE_LINKS = ("table", "part")
+DEBRIS_LINKS = ("table", "part", "bin")
+"""Links of fixtures that debris may lie on, or in."""
 TIP_LINKS = ("ee", "hand")
 """Links of a mobile robot that may touch the debris it was sent to."""
 
@@ -43,8 +44,8 @@ def contact_kind(a: Side, b: Side, goals: Mapping[str, str], stations: Stations)
     """What a contact of these two sides counts as.
 
     Allowed: fixed things among themselves; wheels or casters and floor; an arm's base and its own stand; debris and a
-    table, floor or other debris; the sander and its own station's workpiece; an end effector and the debris it was sent
-    to.
+    table, bin, floor or other debris; the sander and its own station's workpiece; an end effector and the debris it was
+    sent to.
     ``goals`` says to which debris each robot was sent; while it is empty (nobody assigns tasks) an end effector may
     touch any debris. Sander and debris is counted apart.
     """
@@ -63,7 +64,7 @@ def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str], stations:
         or (one.link.endswith(("_wheel", "_caster")) and other.kind == FLOOR)
         or (one.link == "base_link" and other.body == own.get("stand"))
         or (one.link == "sander" and other.link == "part" and other.body == own.get("table"))
-        or (one.kind == ObjectKind.DEBRIS and (other.kind in (ObjectKind.DEBRIS, FLOOR) or other.link in TABLE_LINKS))
+        or (one.kind == ObjectKind.DEBRIS and (other.kind in (ObjectKind.DEBRIS, FLOOR) or other.link in DEBRIS_LINKS))
         or (one.link in TIP_LINKS and other.kind == ObjectKind.DEBRIS and goal == other.body)
     )
     return ContactKind.ALLOWED if allowed else None

@@ -11,12 +11,13 @@ from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid, UrdfError, UrdfModel
+from yarm.robots import bin as bins
 from yarm.sim.engine.bodies import Body, FramedSolid, description, load_box, load_urdf, rigid_solids
 from yarm.sim.scenes.specs import FixtureSpec, ThingSpec
 
 Solids = Tuple[Tuple[LinkSolid, FloatArray], ...]
-SEED_POINTS = {"table": (0.20, 0.0, 0.70), "stand": (-0.95, 0.0, 0.70)}
-"""A point of each fixture's top that the cameras see, metres, frame of its station."""
+SEED_POINTS = {"table": (0.20, 0.0, 0.70), "stand": (-0.95, 0.0, 0.70), bins.NAME: (0.0, 0.0, bins.RIM_M)}
+"""A point of each fixture's top that the cameras see, metres, frame of its station; a bin's is amid its rim."""
 
 
 class SpawnError(ValueError):
@@ -24,7 +25,7 @@ class SpawnError(ValueError):
 
 
 def fixture_body(client: int, spec: FixtureSpec) -> Body:
-    """The table with its workpiece, or the stand."""
+    """The table with its workpiece, the stand, or a bin."""
     name, station = spec.name, spec.station
     text, model = description("cell.urdf.xacro", spec.type)
     uid = load_urdf(client, text, (station.x, station.y, 0.0), station.yaw_rad, fixed=True)

@@ -13,6 +13,7 @@ import pybullet
 from yarm.geometry import FloatArray, transform_matrix
 from yarm.geometry.kinds import GOAL_KINDS, ContactKind, ObjectKind
 from yarm.params import param
+from yarm.robots import bin as bins
 from yarm.sim.engine.bodies import Body, com_offset, link_names, load_floor, open_engine
 from yarm.sim.engine.contacts import FLOOR, Contact, ContactLog
 from yarm.sim.engine.things import SpawnError, fixture_body, thing_body
@@ -27,6 +28,8 @@ LOG = logging.getLogger(__name__)
 STEPS_PER_SECOND = 240
 STEPS_PER_TICK = 4
 TICK_S = STEPS_PER_TICK / STEPS_PER_SECOND
+AT_REST_MPS = 0.01
+"""Debris slower than this is at rest."""
 OVERLAP_M = 0.002
 """A body put into the cell may overlap another by this much (things at rest do), metres."""
 
@@ -184,6 +187,21 @@ class SimWorld:
             body.name: (float(poses[body.seed_frame][0, 3]), float(poses[body.seed_frame][1, 3]))
             for body in self.bodies.values()
         }
+
+    def bin_of(self, name: str) -> str:
+        """Name of the bin that a piece of debris is in: its middle inside, at rest, in nobody's hand; empty for none.
+
+        Raises:
+            KeyError: no such piece.
+        """
+        uid = self.bodies[name].uids[0]
+        velocity, _ = pybullet.getBaseVelocity(uid, physicsClientId=self._client)
+        held = any(robot.hand is not None and robot.hand.held_uid == uid for robot in self.robots.values())
+        if held or float(np.linalg.norm(velocity)) >= AT_REST_MPS:
+            return ""
+        middle = self._root_pose(uid)[:, 3]
+        within = (spec for spec in self.scene.bins if bins.inside(np.linalg.inv(spec.station.pose) @ middle))
+        return next((spec.name for spec in within), "")
 
     def clearances(self) -> List[ClearanceReading]:
         """Least distance between each robot (and arm) and everything it must not touch."""

@@ -10,6 +10,7 @@ from typing import Dict, List, Optional, Set, Tuple, Union
 from yarm.geometry import GridSpec
 from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
 from yarm.resources import resource
+from yarm.robots import bin as bins
 from yarm.robots.ankurbot import EE_HEIGHT_M
 from yarm.robots.hc10 import AT_ORIGIN, N_JOINTS, NAME, STATION_FIXTURES, Station
 from yarm.sim.scenes.events import Event, read_events
@@ -24,6 +25,8 @@ MOST_ROBOTS = 20
 """Mobile robots in a scene; the floor of the volume holds no more."""
 MOST_ARMS = 8
 """Manipulators; each has a table, a stand and limits of its own."""
+MOST_BINS = 8
+"""Bins for debris."""
 MOST_MODEL_BYTES = 100_000
 """Largest description of a thing, bytes."""
 MOST_THINGS = 100
@@ -43,6 +46,7 @@ class Scene:
         fixtures: types of the fixtures that each station has.
         robots: mobile robots.
         arms: manipulators.
+        bins: where debris is taken to.
         things: debris, targets, obstacles.
         events: what happens.
         vary: what another seed may change; None for nothing.
@@ -54,6 +58,7 @@ class Scene:
     fixtures: Tuple[str, ...] = STATION_FIXTURES
     robots: Tuple[RobotSpec, ...] = ()
     arms: Tuple[ArmSpec, ...] = ()
+    bins: Tuple[FixtureSpec, ...] = ()
     things: Tuple[ThingSpec, ...] = ()
     events: Tuple[Event, ...] = field(default=())
     vary: Optional[Vary] = None
@@ -73,10 +78,9 @@ class Scene:
 
     @property
     def placed_fixtures(self) -> Tuple[FixtureSpec, ...]:
-        """Every table and stand; a scene without manipulators has those of the station at the origin."""
-        if not self.arms:
-            return tuple(FixtureSpec(kind, kind) for kind in self.fixtures)
-        return tuple(fixture for arm in self.arms for fixture in self.fixtures_of(arm.name))
+        """Every table, stand and bin; a scene without manipulators has table and stand of the station at the origin."""
+        stations = tuple(fixture for arm in self.arms for fixture in self.fixtures_of(arm.name))
+        return (stations if self.arms else tuple(FixtureSpec(kind, kind) for kind in self.fixtures)) + self.bins
 
     def things_of(self, kind: str) -> Tuple[ThingSpec, ...]:
         """The debris, targets or obstacles."""
@@ -142,6 +146,7 @@ def scene_from(raw: object, file: str) -> Scene:
         fixtures=_fixtures(top),
         robots=tuple(_robot(f) for f in top.entries("robots", MOST_ROBOTS)),
         arms=tuple(_arm(f) for f in top.entries("manipulators", MOST_ARMS)),
+        bins=tuple(_bin(f) for f in top.entries("bins", MOST_BINS)),
         things=tuple(things),
         events=read_events(top, faults, spawn_reader=_spawned),
         vary=read_vary(top.section("vary")) if top.has("vary") else None,
@@ -197,6 +202,19 @@ def _station(fields: Fields) -> Station:
     )
     fields.finish()
     return station
+
+
+def _bin(fields: Fields) -> FixtureSpec:
+    name = _name(fields)
+    place = Station(
+        x=fields.number("x", -HALF_CELL_M, HALF_CELL_M, "m"),
+        y=fields.number("y", -HALF_CELL_M, HALF_CELL_M, "m"),
+        yaw_rad=_angle(fields, "yaw_deg", 0.0),
+    )
+    fields.finish()
+    if name and not bins.is_bin(name):
+        fields.faults.add(fields.path("name"), name, f"a name that begins with {bins.NAME}, by which bins are known")
+    return FixtureSpec(name, bins.NAME, place)
 
 
 def _debris(fields: Fields) -> ThingSpec:
@@ -259,9 +277,11 @@ def _angle(fields: Fields, name: str, default: Optional[float]) -> float:
 
 
 def _check_names(scene: Scene, faults: Faults) -> None:
-    fixed = ["floor", *STATION_FIXTURES, *(fixture.name for fixture in scene.placed_fixtures)]
+    stations = [fixture.name for fixture in scene.placed_fixtures if fixture not in scene.bins]
+    fixed = ["floor", *STATION_FIXTURES, *stations]
     owners: Dict[str, List[str]] = {name: [f"fixtures ({name})"] for name in fixed}
-    for key, specs in (("robots", scene.robots), ("manipulators", scene.arms), ("things", scene.things)):
+    groups = (("robots", scene.robots), ("manipulators", scene.arms), ("bins", scene.bins), ("things", scene.things))
+    for key, specs in groups:
         for spec in specs:
             owners.setdefault(spec.name, []).append(key)
     for name, keys in owners.items():

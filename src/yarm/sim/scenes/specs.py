@@ -42,12 +42,12 @@ class ArmSpec:
 
 @dataclass(frozen=True)
 class FixtureSpec:
-    """A stand or a table with its part.
+    """A stand or a table with its part, or a bin.
 
     Attributes:
         name: unique name.
-        type: one of STATION_FIXTURES.
-        station: whose it is.
+        type: one of STATION_FIXTURES, or "bin".
+        station: whose it is; for a bin where it stands itself.
     """
 
     name: str

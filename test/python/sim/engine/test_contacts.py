@@ -24,6 +24,7 @@ STATIONS = {
     "hc10_barc": {"table": "table", "stand": "stand"},
     SECOND: {"table": f"{SECOND}_table", "stand": f"{SECOND}_stand"},
 }
+BIN = Side("bin_1", "Obstacle", "bin")
 DEBRIS, DEBRIS_2 = Side("debris_1", "Debris", "base_link"), Side("debris_2", "Debris", "base_link")
 OK, BAD, SANDED = ContactKind.ALLOWED, ContactKind.FAILURE, ContactKind.SANDER_DEBRIS
 
@@ -40,6 +41,10 @@ OK, BAD, SANDED = ContactKind.ALLOWED, ContactKind.FAILURE, ContactKind.SANDER_D
         (DEBRIS, TABLE, OK),
         (DEBRIS, FLOOR, OK),
         (DEBRIS, STAND, BAD),
+        (DEBRIS, BIN, OK),
+        (EE, BIN, BAD),
+        (BODY, BIN, BAD),
+        (BIN, FLOOR, OK),
         (SANDER, PART, OK),
         (SANDER, TABLE, BAD),
         (LINK, PART, BAD),

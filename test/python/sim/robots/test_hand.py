@@ -10,6 +10,7 @@ import pybullet
 import pytest
 
 from yarm.sim.engine.bodies import description, link_names
+from yarm.sim.engine.things import SpawnError
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.errors import CommandError
@@ -96,6 +97,45 @@ def drive(world: SimWorld, robot: Ankurbot) -> None:
     world.run(1.6)
     robot.drive(0.0, 0.0, 5.0)
     world.run(0.8)
+
+
+def test_a_piece_let_go_over_a_bin_is_in_it_when_it_rests() -> None:
+    robot = {"name": "ankurbot_1", "type": "ankurbot", "x": 1.75, "y": -1.45, "heading_deg": 180.0}
+    bins = [{"name": "bin_1", "x": 0.45, "y": -1.45}]
+    scene = scene_from({"name": "test", "fixtures": ["table"], "robots": [robot], "bins": bins}, "test")
+    with SimWorld(scene, hands=True) as world:
+        hand = hand_of(world)
+        world.spawn(ThingSpec("post", "Obstacle", 0.45, -1.45, 0.36, size=(0.1, 0.1, 0.67)))
+        world.spawn(ThingSpec("debris_1", "Debris", 0.45, -1.45, 0.72, 0.3))
+        world.run(0.3)
+        lower(world, hand, 0.2)
+        hand.lift_to(0.0)
+        world.run(1.5)
+        world.delete("post")
+        world.contacts.take()
+        assert hand.grasping
+        assert world.bin_of("debris_1") == ""
+        hand.lift_to(0.19)
+        world.run(2.0)
+        held = world.transforms()["debris_1"][:3, 3]
+        assert held[2] == pytest.approx(0.97 - 0.075 - 0.19 - 0.5 * DEBRIS_M, abs=0.01)
+        assert world.bin_of("debris_1") == "", "in the hand"
+        hand.off()
+        world.run(0.2)
+        assert world.bin_of("debris_1") == "", "falling"
+        world.run(2.0)
+        assert world.bin_of("debris_1") == "bin_1"
+        assert not world.failures()
+        with pytest.raises(SpawnError, match="a Obstacle of the cell stays"):
+            world.delete("bin_1")
+
+
+def test_a_piece_beside_a_bin_is_in_none(world: SimWorld) -> None:
+    put(world)
+    world.run(0.5)
+    assert world.bin_of("debris_1") == ""
+    with pytest.raises(KeyError):
+        world.bin_of("debris_9")
 
 
 def test_the_hand_stays_up_and_the_robot_stands(world: SimWorld) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from pathlib import Path
 from typing import Any, Dict
 
@@ -72,6 +73,10 @@ def test_a_good_scene_is_read_in_full() -> None:
         (changed("fixtures", value=["table", "stand", "table"]), ["fixtures", "each once"]),
         (changed("manipulators", value=[GOOD["manipulators"][0]] * 9), ["manipulators", "9 entries", "at most 8"]),
         (changed("fixtures", value=["table"]), ["manipulators", "stand"]),
+        (changed("bins", value=[{"name": "box_1", "x": 0, "y": -1.5}]), ["bins[0].name", "'box_1'", "begins with bin"]),
+        (changed("bins", value=[{"name": "bin_1", "x": 9, "y": -1.5}]), ["bins[0].x", "9", "-2.5 to 2.5"]),
+        (changed("bins", value=[{"name": "bin_1", "x": 1, "y": 1}] * 2), ["'bin_1'", "unique names", "bins, bins"]),
+        (changed("bins", value=[{"name": "bin_1", "x": 1, "y": 1}] * 9), ["bins", "9 entries", "at most 8"]),
         (changed("manipulators", 0, "name", value="arm"), ["manipulators[0].name", "'arm'", "begins with hc10_barc"]),
         (changed("manipulators", 0, "station", value={"x": 9}), ["manipulators[0].station.x", "9", "-2.5 to 2.5"]),
         (
@@ -240,6 +245,16 @@ def test_a_model_that_cannot_stand_is_refused_with_the_things_name(tmp_path: Pat
     scene = scene_from(drawn(tmp_path, "obstacles", model), str(tmp_path / "scene.yaml"))
     with pytest.raises(SpawnError, match=words):
         SimWorld(scene)
+
+
+def test_bins_are_placed_with_the_fixtures() -> None:
+    scene = scene_from(changed("bins", value=[{"name": "bin_1", "x": 0.5, "y": -1.5, "yaw_deg": 90}]), "bins.yaml")
+    assert [(spec.name, spec.type) for spec in scene.placed_fixtures] == [
+        ("table", "table"),
+        ("stand", "stand"),
+        ("bin_1", "bin"),
+    ]
+    assert scene.bins[0].station.yaw_rad == pytest.approx(math.pi / 2)
 
 
 def test_each_manipulator_has_fixtures_at_its_own_station() -> None:
