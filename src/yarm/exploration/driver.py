@@ -12,7 +12,7 @@ import numpy as np
 from yarm.exploration.model import LOOP_S, Command, Event, Observation
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import EDGE_M, SweptGround
-from yarm.geometry import FloatArray, Pose2, pairs, wrap_angle
+from yarm.geometry import BoolArray, FloatArray, Pose2, pairs, wrap_angle
 from yarm.navigation.follower import FollowSettings, PathFollower, room_ahead
 from yarm.navigation.grid_map import OCCUPIED_AT_LEAST, GridMap
 from yarm.navigation.ground import Ground, PlanSettings
@@ -33,14 +33,14 @@ def _strip_ahead(from_m: float, to_m: float, half_width_m: float) -> FloatArray:
 DISC_M = 0.18
 """Radius of the disc that every way keeps clear."""
 STRIP_M = turtlebot.RADIUS_M + 0.02
-"""Half the width of the strip ahead in which something counts as near, and whose floor must have been seen."""
+"""Half the width of the strip ahead in which something counts as near."""
 LOOK_PASSES = 3
 """Every n-th scan is taken to say which floor was seen."""
 FLOOR_SEEN_M = (0.85, 2.5)
 """Floor is seen from no nearer and no farther: nearer the robot's own plate hides the lowest obstacles."""
 SAME_PLACE_M = 0.01
-SOON_PASSED: FloatArray = _strip_ahead(0.10, 0.32, STRIP_M)
-"""(n, 2) points of the floor that the robot is about to pass, base frame, metres."""
+SOON_PASSED: FloatArray = _strip_ahead(0.10, 0.27, DISC_M)
+"""(n, 2) points of the floor that the robot is about to pass before it can be slow, base frame, metres."""
 TOUCHING_M = turtlebot.RADIUS_M + 0.02
 """Something this near ahead stops the robot."""
 
@@ -158,7 +158,7 @@ class Driver:
         if pose is not None and self._settings.cautious:
             self.floor.stand(pose, observation.now_s)
             if observation.scan is not None and self._passes % LOOK_PASSES == 1:
-                self.floor.see(pose, observation.scan, observation.now_s)
+                self.floor.see(pose, observation.scan, observation.now_s, self._map_points(pose, FLOOR_SEEN_M[1]))
         if observation.map is None:
             return None
         if pose is not None:
@@ -289,19 +289,19 @@ class Driver:
 
     def _ahead(self, observation: Observation, pose: Pose2) -> float:
         """Free way ahead by the map, the scan, and what was just seen low, metres from the base's centre."""
-        seen = [self._map_points(pose)]
+        seen = [self._map_points(pose, self._near_m + 0.1)]
         if observation.scan is not None:
             seen.append(observation.scan.points())
         if observation.low is not None:
             seen.append(observation.low.points)
         return room_ahead(np.concatenate(seen), STRIP_M)
 
-    def _map_points(self, pose: Pose2) -> FloatArray:
+    def _map_points(self, pose: Pose2, reach_m: float) -> FloatArray:
         """(n, 2) centres of the occupied cells around the robot, base frame."""
         if self.map is None:
             return np.zeros((0, 2))
         row, column = self.map.cell_of(pose.x, pose.y)
-        reach = math.ceil((self._near_m + 0.1) / self.map.resolution_m)
+        reach = math.ceil(reach_m / self.map.resolution_m)
         top, left = max(row - reach, 0), max(column - reach, 0)
         window = self.map.cells[top : max(row + reach + 1, 0), left : max(column + reach + 1, 0)]
         cells = np.argwhere(window >= OCCUPIED_AT_LEAST) + np.array([top, left])
@@ -310,10 +310,21 @@ class Driver:
         return pairs(c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0])
 
     def _cap(self, pose: Pose2) -> Optional[float]:
-        """A limit of the speed where the camera has not seen the floor that the robot is about to pass."""
+        """A limit of the speed where neither camera nor map knows the floor that the robot is about to pass."""
         if not self._settings.cautious:
             return None
-        return None if self.floor.since(pose.moved(SOON_PASSED), 0.0).all() else self._settings.touch_mps
+        points = pose.moved(SOON_PASSED)
+        unseen = points[~self.floor.since(points, 0.0)]
+        return None if self._taken(unseen).all() else self._settings.touch_mps
+
+    def _taken(self, points: FloatArray) -> BoolArray:
+        """(n,) which of points (n, 2) of the map frame lie on occupied cells."""
+        taken = np.zeros(len(points), bool)
+        if self.map is not None and len(points):
+            row, column = self.map.cells_of(points).T
+            inside = (row >= 0) & (row < self.map.rows) & (column >= 0) & (column < self.map.columns)
+            taken[inside] = self.map.cells[row[inside], column[inside]] >= OCCUPIED_AT_LEAST
+        return taken
 
     def _note_move(self, observation: Observation, pose: Pose2, v_mps: float, w_radps: float) -> None:
         if abs(v_mps) < 0.02 and abs(w_radps) < 0.1:

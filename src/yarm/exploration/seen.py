@@ -14,6 +14,11 @@ from yarm.robots import turtlebot
 
 EDGE_M = 0.05
 """Of the squares: small enough that one under the robot's edge hides no brick beside it."""
+NOTHING: FloatArray = np.zeros((0, 2))
+THING_M = 0.05
+"""Width of a known thing: a cell of the map."""
+PASSED_OVER_M = 0.15
+"""A scan that goes on for more than this behind a thing has passed over it."""
 
 
 class SweptGround:
@@ -29,8 +34,16 @@ class SweptGround:
         self._squares = Squares(EDGE_M)
         self._when: FloatArray = np.full((self._squares.count, self._squares.count), -np.inf)
 
-    def see(self, base: Pose2, scan: Scan, now_s: float) -> None:
-        """A scan from a pose of the base in the map has swept what lies before its hits."""
+    def see(self, base: Pose2, scan: Scan, now_s: float, things: FloatArray = NOTHING) -> None:
+        """A scan from a pose of the base in the map has swept what lies before its hits.
+
+        Args:
+            base: in the map.
+            scan: what was measured.
+            now_s: time.
+            things: (n, 2) places of known things in the base frame, metres; those that the scan passes over hide what
+                lies behind them, which is then not swept.
+        """
         sensor = base.compose(scan.sensor)
         rows, columns = self._squares.span(sensor.y, self._far_m), self._squares.span(sensor.x, self._far_m)
         away_y = self._squares.centres(rows.start, rows.stop)[:, None] - sensor.y
@@ -42,7 +55,7 @@ class SweptGround:
         ahead, aside = ahead[in_view], aside[in_view]
         distance = np.hypot(ahead, aside)
         beam = np.rint((np.arctan2(aside, ahead) - scan.angle_min_rad) / scan.angle_increment_rad).astype(np.int64)
-        ranges = np.where(scan.valid(), scan.ranges, 0.0)[np.minimum(np.maximum(beam, 0), len(scan.ranges) - 1)]
+        ranges = _open_ranges(scan, things)[np.minimum(np.maximum(beam, 0), len(scan.ranges) - 1)]
         swept = (distance < ranges) & (distance >= self._near_m) & (distance <= self._far_m)
         self._when[row[swept] + rows.start, column[swept] + columns.start] = now_s
 
@@ -63,3 +76,20 @@ class SweptGround:
         """(rows, columns) which cells of a map have been in view at this time or later."""
         seen: BoolArray = self._when[self._squares.of_map(grid_map)] >= since_s
         return seen
+
+
+def _open_ranges(scan: Scan, things: FloatArray) -> FloatArray:
+    """(beams,) how far each beam looks at open floor, metres: to its hit, or to the nearest thing it passes over."""
+    hits: FloatArray = np.where(scan.valid(), scan.ranges, 0.0).astype(float)
+    if len(things) == 0:
+        return hits
+    ranges = hits.copy()
+    away = scan.sensor.inverse().moved(things)
+    distance, bearing = np.hypot(away[:, 0], away[:, 1]), np.arctan2(away[:, 1], away[:, 0])
+    half = np.arctan2(0.5 * THING_M, np.maximum(distance, THING_M))
+    first = np.rint((bearing - half - scan.angle_min_rad) / scan.angle_increment_rad).astype(np.int64)
+    last = np.rint((bearing + half - scan.angle_min_rad) / scan.angle_increment_rad).astype(np.int64)
+    for i in np.argsort(-distance):  # the nearest is the last to say
+        beams = slice(max(first[i], 0), max(last[i] + 1, 0))
+        ranges[beams][hits[beams] > distance[i] + PASSED_OVER_M] = distance[i]
+    return ranges

@@ -97,15 +97,15 @@ def test_it_creeps_where_the_floor_was_never_seen() -> None:
 
 
 def test_all_floor_that_the_body_is_about_to_sweep_is_looked_at() -> None:
-    for x in np.arange(turtlebot.RADIUS_M, 0.32, 0.01):
+    for x in np.arange(turtlebot.RADIUS_M, 0.27, 0.01):
         for y in np.arange(-turtlebot.RADIUS_M, turtlebot.RADIUS_M + 1e-9, 0.01):
             gap = np.hypot(*(SOON_PASSED - (x, y)).T).min()
             assert gap <= EDGE_M / math.sqrt(2.0), f"nothing is looked at within {gap:.3f} m of ({x:.2f}, {y:.2f})"
 
 
-@pytest.mark.parametrize("arena", ["bricks_13", "bricks_16", "corridors_0", "corridors_20"])
+@pytest.mark.parametrize("arena", ["bricks_7", "bricks_13", "bricks_24"])
 def test_bricks_beside_the_way_are_not_met_at_speed(arena: str) -> None:
-    measures = run_trial(ExploreSpec(arena, "yarm", seed=0, time_limit_s=120.0)).measures
+    measures = run_trial(ExploreSpec(arena, "yarm", seed=0, time_limit_s=180.0)).measures
     assert measures.fastest_bump <= DriverSettings().touch_mps + SPEED_SLACK
     assert measures.bumped_again == 0 and measures.too_fast_near_s == 0.0
 

@@ -63,6 +63,23 @@ def test_the_robots_own_place_is_known() -> None:
     assert ground.since(ahead(0.1, 90.0), 0.0)[0] and not ground.since(ahead(0.4), 0.0)[0]
 
 
+@pytest.mark.parametrize(
+    ("distance_m", "bearing_deg", "seen"), [(0.9, 0.0, True), (1.3, 0.0, False), (1.3, 8.0, True), (1.9, 0.0, False)]
+)
+def test_floor_behind_a_low_thing_is_not_seen(distance_m: float, bearing_deg: float, seen: bool) -> None:
+    ground = SweptGround(0.8, 4.0)
+    ground.see(AT, scan(2.0), 7.0, np.array([[1.05, -0.04], [1.05, 0.0], [1.05, 0.04]]))
+    assert bool(ground.since(ahead(distance_m, bearing_deg), 7.0)[0]) == seen
+
+
+def test_a_wall_that_the_scan_hits_hides_nothing_before_it() -> None:
+    ground, with_wall = SweptGround(0.8, 4.0), SweptGround(0.8, 4.0)
+    wall = np.stack([np.full(41, 1.95), np.linspace(-1.0, 1.0, 41)], axis=1)
+    ground.see(AT, scan(2.0), 7.0)
+    with_wall.see(AT, scan(2.0), 7.0, wall)
+    assert np.array_equal(ground.over(room(), 7.0), with_wall.over(room(), 7.0))
+
+
 @pytest.mark.parametrize("bearing_deg", range(0, 360, 15))
 def test_the_floor_beside_the_robot_is_not_known_because_it_stands_there(bearing_deg: int) -> None:
     ground = SweptGround(0.8, 4.0)

@@ -198,6 +198,8 @@ def _run_distributed(
     logging.getLogger("distributed").setLevel(logging.ERROR)
     cluster = None
     if not scheduler:
+        # Its profiler would look at every trial a hundred times a second.
+        importlib.import_module("dask").config.set({"distributed.worker.profile.enabled": False})
         cluster = dask.LocalCluster(
             n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, dashboard_address=":0", memory_limit=0
         )
