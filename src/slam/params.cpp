@@ -75,6 +75,13 @@ void checkGraphAndMap(const Params& params, LimitChecker& check) {
 
 }  // namespace
 
+Params growingMap() {
+  Params params;
+  params.map.x_min = params.map.y_min = -1.0;
+  params.map.x_max = params.map.y_max = 1.0;
+  return params;
+}
+
 std::vector<std::string> faultsOf(const Params& params) {
   LimitChecker check;
   checkMatching(params, check);

@@ -73,12 +73,10 @@ struct SlamGmappingParams {
   }
 
  private:
-  /// The library's defaults, but for a node: work beside the callbacks, and a map that begins small and grows.
+  /// The library's defaults, but for a node: a map that begins small and grows, and work beside the callbacks.
   static slam::Params nodeDefaults() {
-    slam::Params params;
+    slam::Params params = slam::growingMap();
     params.sync = false;
-    params.map.x_min = params.map.y_min = -1.0;
-    params.map.x_max = params.map.y_max = 1.0;
     return params;
   }
 

@@ -94,6 +94,11 @@ def test_the_map_begins_where_the_robot_does_unless_told_otherwise() -> None:
     assert given.distance(Pose2(1.0, 2.0)) < 1e-9 and given.yaw_rad == pytest.approx(0.5)
 
 
+def test_a_first_scan_of_which_nothing_is_sure_yet_gives_a_small_map_of_nothing() -> None:
+    grid = mapped(list(turning(ARENA, 0.1))).map()
+    assert grid.cells.shape == (40, 40) and grid.origin == Pose2(-1.0, -1.0) and grid.known_m2 == 0.0
+
+
 def test_the_same_scans_give_the_same_map_to_the_last_cell() -> None:
     moments = list(turning(ARENA, 20.0))
     first, second = mapped(moments).map(), mapped(moments).map()

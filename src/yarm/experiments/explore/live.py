@@ -18,14 +18,12 @@ from yarm.exploration.model import LOOP_S, Command, Event
 from yarm.exploration.params import ExploreParams
 from yarm.geometry import Pose2, wrap_angle
 from yarm.navigation.grid_map import GridMap
-from yarm.robots.turtlebot import CAMERA_Z_M
 from yarm.sim.scenes.arena import Arena
+from yarm.sim.touches import TouchLog
 
 Watch = Callable[[float, GridMap], float]
 WATCHED_S = 2.0
 """Passes count until so long after the end."""
-APART_S = 0.3
-"""A contact with a block that was not touched for so long is a new one."""
 
 
 class LiveRecorder:
@@ -46,13 +44,11 @@ class LiveRecorder:
         self._seed = seed
         self._watch = watch
         self._world_from_map = world_from_map
-        self._low = {block.name: block.size[2] < CAMERA_Z_M for block in arena.blocks}
+        self._log = TouchLog({block.name: block.size[2] for block in arena.blocks})
         self._clock = BehaviourClock()
         self._truth: List[Tuple[float, float, float, float]] = []
         self._passes: List[Tuple[float, Pose2, Command]] = []
         self._coverage: List[CoverageRow] = []
-        self._touches: List[TouchRow] = []
-        self._touched_s: Dict[str, float] = {}
         self._events: List[Event] = []
         self._step_ms: List[float] = []
         self._map: List[GridMap] = []
@@ -61,12 +57,13 @@ class LiveRecorder:
     @property
     def bumps(self) -> int:
         """Contacts so far, by the truth."""
-        return len(self._touches)
+        return len(self._touches())
 
     def truth(self, t_s: float, pose: Pose2) -> None:
         """Where the robot really is, world."""
         if t_s >= -1.0 and (not self._truth or t_s > self._truth[-1][0]):
             self._truth.append((t_s, pose.x, pose.y, pose.yaw_rad))
+            self._log.moved(t_s, pose)
 
     def passed(self, t_s: float, behaviour: str, believed: Pose2, command: Command, took_ms: float) -> None:
         """One pass of the explorer; ``believed`` is in the map."""
@@ -85,13 +82,7 @@ class LiveRecorder:
 
     def touch(self, t_s: float, block: str, x: float, y: float) -> None:
         """The robot and a block are in contact at a point of the world."""
-        since_s = t_s - self._touched_s.get(block, -math.inf)
-        self._touched_s[block] = t_s
-        if since_s <= APART_S or t_s < 0.0 or not self._truth:
-            return
-        at = self._truth[-1]
-        bearing = wrap_angle(math.atan2(y - at[2], x - at[1]) - at[3])
-        self._touches.append(TouchRow(t_s, block, self._low.get(block, False), x, y, bearing, self._speed()))
+        self._log.contact(t_s, block, x, y)
 
     def event(self, event: Event) -> None:
         """What the explorer says that it did."""
@@ -117,7 +108,7 @@ class LiveRecorder:
             reason=reason,
             path=self._rows(),
             coverage=tuple(self._coverage),
-            touches=tuple(self._touches),
+            touches=self._touches(),
             events=tuple(self._events),
             first_seen=dict(first_seen),
             behaviours=self._clock.seconds,
@@ -126,11 +117,9 @@ class LiveRecorder:
             world_from_map=self._world_from_map,
         )
 
-    def _speed(self) -> float:
-        """Over the ground just before, m/s: the contact itself has already slowed the robot down."""
-        recent = [row for row in self._truth if self._truth[-1][0] - row[0] <= APART_S]
-        steps = [math.hypot(b[1] - a[1], b[2] - a[2]) / (b[0] - a[0]) for a, b in zip(recent, recent[1:])]
-        return max(steps, default=0.0)
+    def _touches(self) -> Tuple[TouchRow, ...]:
+        """Those of the run itself."""
+        return tuple(TouchRow.of(touch) for touch in self._log.touches if touch.t_s >= 0.0)
 
     def _rows(self) -> Tuple[PathRow, ...]:
         """The passes, with the truth of their moments and the speed since the one before."""

@@ -8,6 +8,8 @@ from typing import Dict, Mapping, Optional, Tuple
 from yarm.exploration.model import Event
 from yarm.geometry import Pose2
 from yarm.navigation.grid_map import GridMap
+from yarm.robots.turtlebot import CAMERA_Z_M
+from yarm.sim.touches import Touch
 
 IN_WORLD = Pose2(0.0, 0.0)
 
@@ -77,6 +79,12 @@ class TouchRow:
     y: float
     bearing_rad: float
     speed: float
+
+    @staticmethod
+    def of(touch: Touch) -> TouchRow:
+        """The row of a touch."""
+        low = touch.height_m < CAMERA_Z_M
+        return TouchRow(touch.t_s, touch.block, low, touch.x, touch.y, touch.bearing_rad, touch.speed_mps)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,18 @@
-"""Runs a controller in the kinematic world at 10 Hz: observation in, command out, everything noted."""
+"""Runs a controller in a simulated room at 10 Hz: observation in, command out, everything noted."""
 
 from __future__ import annotations
 
 import time
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Protocol
 
-from yarm.experiments.explore.record import BehaviourClock, CoverageRow, ExploreRecord, PathRow, TouchRow
+from yarm.experiments.explore.record import (
+    IN_WORLD,
+    BehaviourClock,
+    CoverageRow,
+    ExploreRecord,
+    PathRow,
+    TouchRow,
+)
 from yarm.experiments.explore.true_mapper import TrueMapper
 from yarm.exploration.deadline import faded
 from yarm.exploration.model import LOOP_S, Command, Controller, Event, LowView, Observation, Step
@@ -13,8 +20,8 @@ from yarm.exploration.params import ExploreParams
 from yarm.geometry import Pose2
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.overlay import Overlay
-from yarm.robots.turtlebot import CAMERA_Z_M
 from yarm.sim.kinematic.world import KinematicWorld
+from yarm.sim.room_robot import RoomRobot
 from yarm.sim.scenes.arena import Arena
 
 DRAW_PASSES = 2
@@ -33,17 +40,35 @@ Watch = Callable[[float, GridMap], float]
 """Given the time and the map, once a second; gives back the share of the arena that is mapped."""
 
 
-class _Senses:
-    """What the robot knows: the newest of everything."""
+class Senses(Protocol):
+    """What the robot is given to see; how it maps and localises."""
 
-    def __init__(self, world: KinematicWorld) -> None:
+    @property
+    def world_from_map(self) -> Pose2:
+        """Pose of the map's frame in the world."""
+
+    @property
+    def map(self) -> Optional[GridMap]:
+        """The newest, with what is too low for the scan; None before the first."""
+
+    def observe(self, now_s: float, passes: int) -> Observation:
+        """Measure, and bring the map up to date."""
+
+
+class TrueSenses:
+    """The newest of everything; the map is drawn from the true pose, in the world's frame."""
+
+    world_from_map = IN_WORLD
+
+    def __init__(self, world: RoomRobot) -> None:
+        """Nothing measured."""
         self._world = world
         self._mapper = TrueMapper(world.arena.lower, world.arena.upper)
         self._overlay = Overlay()
         self._bare = self._mapper.map()
         self._counts = (-1, -1)
         self._versions = 0
-        self.map = self._bare
+        self.map: Optional[GridMap] = self._bare
 
     def observe(self, now_s: float, passes: int) -> Observation:
         """Measure, draw, and bring the map up to date."""
@@ -102,11 +127,12 @@ class _Notes:
         self.step_ms.append(1e3 * (time.thread_time() - began))
         return step
 
-    def note(self, now_s: float, observation: Observation, step: Step, told: Command, world: KinematicWorld) -> None:
+    def note(self, observation: Observation, step: Step, told: Command, world: RoomRobot, senses: Senses) -> None:
         """One pass."""
+        now_s = observation.now_s
         self.events.extend(step.events)
         self._clock.spend(step.behaviour, LOOP_S)
-        true, believed = world.truth, observation.pose or Pose2(0.0, 0.0)
+        true, believed = world.truth, senses.world_from_map.compose(observation.pose or IN_WORLD)
         self.path.append(
             PathRow(
                 now_s,
@@ -116,8 +142,8 @@ class _Notes:
                 world.true_speed_mps,
             )
         )
-        if len(self.path) % COVERAGE_PASSES == 1 and observation.map is not None:
-            self.cover(now_s, observation.map)
+        if len(self.path) % COVERAGE_PASSES == 1 and senses.map is not None:
+            self.cover(now_s, senses.map)
 
     def cover(self, now_s: float, grid_map: GridMap) -> None:
         """One more row of coverage."""
@@ -138,7 +164,30 @@ def run_kinematic(
         watch: asked once a second what the map is worth.
     """
     world = KinematicWorld(arena, seed)
-    senses, notes = _Senses(world), _Notes(watch)
+    return explore(world, TrueSenses(world), controller, seed, params, watch)
+
+
+def explore(
+    world: RoomRobot,
+    senses: Senses,
+    controller: Controller,
+    seed: int,
+    params: ExploreParams,
+    watch: Optional[Watch] = None,
+    mode: str = "kinematic",
+) -> ExploreRecord:
+    """One exploration in a world, as ``run_kinematic``.
+
+    Args:
+        world: moves the robot.
+        senses: what the controller is given to see.
+        controller: decides.
+        seed: of the run, for the record.
+        params: what the controller was made with.
+        watch: asked once a second what the map is worth.
+        mode: name of the world, for the record.
+    """
+    notes = _Notes(watch)
     passes, end_s, last = 0, params.time_limit_s, Step()
     while passes * LOOP_S < params.time_limit_s + STAND_S:
         now_s = round(passes * LOOP_S, 6)
@@ -146,35 +195,20 @@ def run_kinematic(
         observation = senses.observe(now_s, passes)
         step = last if over else notes.timed(controller, observation, passes)
         told = Command() if step.done else faded(step.command, now_s, params.time_limit_s)
-        notes.note(now_s, observation, Step(behaviour="stand") if over else step, told, world)
+        notes.note(observation, Step(behaviour="stand") if over else step, told, world, senses)
         last = step
         if step.done and not over:
             end_s = now_s
-            notes.cover(now_s, senses.map)
+            if senses.map is not None:
+                notes.cover(now_s, senses.map)
             break
         world.step(told.v_mps, told.w_radps, LOOP_S)
         passes += 1
-    return _record(arena, params, seed, notes, world, (end_s, last), senses.map)
-
-
-def _record(
-    arena: Arena,
-    params: ExploreParams,
-    seed: int,
-    notes: _Notes,
-    world: KinematicWorld,
-    end: Tuple[float, Step],
-    grid_map: GridMap,
-) -> ExploreRecord:
-    end_s, last = end
-    touches = tuple(
-        TouchRow(t.t_s, t.block, t.height_m < CAMERA_Z_M, t.x, t.y, t.bearing_rad, t.speed_mps) for t in world.touches
-    )
     return ExploreRecord(
-        arena=arena.name,
+        arena=world.arena.name,
         controller=params.controller,
         seed=seed,
-        mode="kinematic",
+        mode=mode,
         time_limit_s=params.time_limit_s,
         max_speed=params.max_speed,
         near_speed=params.near_speed,
@@ -184,9 +218,10 @@ def _record(
         reason=last.reason,
         path=tuple(notes.path),
         coverage=tuple(notes.coverage),
-        touches=touches,
+        touches=tuple(TouchRow.of(touch) for touch in world.touches),
         events=tuple(notes.events),
         behaviours=notes.behaviours,
         step_ms=tuple(notes.step_ms),
-        map=grid_map,
+        map=senses.map,
+        world_from_map=senses.world_from_map,
     )

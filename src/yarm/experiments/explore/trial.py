@@ -98,14 +98,24 @@ class ExploreResult:
             KeyError: the same.
         """
         plain = dict(values)
-        measures = dict(plain["measures"])
         plain["spec"] = ExploreSpec(**plain["spec"])
-        for name, cls in PARTS.items():
-            measures[name] = cls(**measures[name])
-        measures["times"] = tuple(measures["times"])
-        plain["measures"] = Measures(**measures)
+        plain["measures"] = measures_of(plain["measures"])
         plain["curve"] = tuple(plain["curve"])
         return ExploreResult(**plain)
+
+
+def measures_of(values: Mapping[str, Any]) -> Measures:
+    """Measures from plain values, as read back.
+
+    Raises:
+        TypeError: fields are missing or unknown.
+        KeyError: the same.
+    """
+    measures = dict(values)
+    for name, cls in PARTS.items():
+        measures[name] = cls(**measures[name])
+    measures["times"] = tuple(measures["times"])
+    return Measures(**measures)
 
 
 def run_trial(spec: ExploreSpec) -> ExploreResult:

@@ -70,7 +70,7 @@ class StudyError(RuntimeError):
 PACKAGE = Path(__file__).resolve().parents[2]
 NOT_CODE = ("ros", "msg", "srv")
 """Folders of the package that decide nothing of a trial."""
-SUFFIXES = (".py", ".yaml", ".xacro")
+SUFFIXES = (".py", ".yaml", ".xacro", ".so")
 DATA = ("config", "scenes", "urdf")
 """Folders of data that decide what a trial comes to, beside all sources of the package that are not ROS."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import FrozenSet, List, Sequence, Set, Tuple
 
 import numpy as np
@@ -22,6 +21,7 @@ from yarm.sim.kinematic.depth_sensor import DepthSensor
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
 from yarm.sim.kinematic.wheel_odometry import TYPICAL, OdometryNoise, WheelOdometry
 from yarm.sim.scenes.arena import Arena
+from yarm.sim.touches import Touch
 
 TOUCH_M = 0.001
 """A gap up to this is a contact."""
@@ -34,29 +34,6 @@ AHEAD_RAD = math.radians(30.0)
 """A contact within this of the way stops the robot; farther aside it slides."""
 PUSHES = 6
 """Most corrections of one motion; a robot that is still inside a block then stays where it was."""
-
-
-@dataclass(frozen=True)
-class Touch:
-    """The robot came into contact with a block.
-
-    Attributes:
-        t_s: when.
-        block: its name.
-        height_m: of the block.
-        x: where, world, metres.
-        y: where, world, metres.
-        bearing_rad: of the contact from ahead, + = left.
-        speed_mps: true speed of the robot just before.
-    """
-
-    t_s: float
-    block: str
-    height_m: float
-    x: float
-    y: float
-    bearing_rad: float
-    speed_mps: float
 
 
 Contact = Tuple[int, float, float]
@@ -92,6 +69,12 @@ class KinematicWorld:
         self._touching: Set[int] = {box for box, _, _ in contacts}
         self._pressed = self._sectors(contacts)
         self._events: List[BumperEvent] = []
+
+    def __enter__(self) -> KinematicWorld:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Nothing to free."""
 
     @property
     def time_s(self) -> float:

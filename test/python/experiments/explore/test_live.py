@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from yarm.experiments.explore.live import APART_S, LiveRecorder
+from yarm.experiments.explore.live import LiveRecorder
 from yarm.exploration.model import LOOP_S, Command, Event
 from yarm.exploration.params import ExploreParams
 from yarm.geometry import Pose2
 from yarm.navigation.grid_map import GridMap
 from yarm.sim.scenes.arena import Arena, Block
+from yarm.sim.touches import APART_S
 
 BRICK = Block("brick", "low", Pose2(2.0, 0.0), (0.2, 0.4, 0.1))
 WALL = Block("wall", "wall", Pose2(3.0, 0.0), (0.05, 4.0, 0.6))
