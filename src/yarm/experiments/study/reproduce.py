@@ -16,6 +16,8 @@ from yarm.experiments.explore.figures import plot_final_maps, write_study
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.method_figure import plot_method
 from yarm.experiments.explore.pictures import plot_exploration
+from yarm.experiments.explore.slam_study import add_options as slam_options
+from yarm.experiments.explore.slam_study import slam_explorations
 from yarm.experiments.explore.study import ablation_specs, known_controllers, table_specs
 from yarm.experiments.explore.trial import ExploreSpec, judge_of, run_record
 from yarm.experiments.explore.trials import EXPLORE_TRIALS
@@ -34,7 +36,7 @@ from yarm.exploration.report.params import ReportParams
 from yarm.geometry import Pose2
 
 BAR = 40
-STUDIES = ("table", "planning_time", "missions", "physics", "explore", "tags", "inspect", "cells")
+STUDIES = ("table", "planning_time", "missions", "physics", "explore", "explore_slam", "tags", "inspect", "cells")
 MAPPED_IN_PRACTICE = ("report_printed", "report", "yarm")
 HALF_KNOWN_S = 150.0
 """The report's way with frontiers is shown on the map of `practice` at this time."""
@@ -54,6 +56,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--planner", choices=PLANNERS, action="append", help="only this planner; may be repeated")
     options.add_argument("--arenas", type=int, default=100, help="of the exploration study, kinds alternating")
     options.add_argument("--controller", action="append", help="of the exploration study, only this; may be repeated")
+    slam_options(options)
     inspect_options(options)
     tag_options(options)
     cell_options(options)
@@ -195,6 +198,9 @@ def main(arguments: Sequence[str]) -> int:
         sys.stdout.write("\n" + report(study, results, folder) + "\n\n")
     try:
         texts = explorations(options, folder) if "explore" in (options.study or STUDIES) else []
+        texts += (
+            [slam_explorations(options, folder, ProgressBar)] if "explore_slam" in (options.study or STUDIES) else []
+        )
         texts += [tags(options, folder, ProgressBar)] if "tags" in (options.study or STUDIES) else []
         texts += [inspections(options, folder, ProgressBar)] if "inspect" in (options.study or STUDIES) else []
         texts += in_physics(options, folder)
