@@ -18,6 +18,8 @@ from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.exploration.frames import Frames
 
 IMAGE_BYTES = 2**21
+LEAST_TURN_RAD = 1e-6
+"""Beams that turn by less look all the same way."""
 
 
 def listen(topic: str, kind: type, take: Callable[[Any], str], queue: int) -> rospy.Subscriber:
@@ -35,7 +37,7 @@ def listen(topic: str, kind: type, take: Callable[[Any], str], queue: int) -> ro
 def read_scan(
     message: LaserScan, frames: Frames, base_frame: str, now_s: float, before_s: float
 ) -> Tuple[Optional[Scan], str]:
-    """The scan, or what is wrong with it.
+    """The scan, its beams from right to left whichever way they came, or what is wrong with it.
 
     Args:
         message: as it came.
@@ -51,12 +53,19 @@ def read_scan(
         return None, f"frame {frame!r} is not known in {base_frame}; who publishes its transform?"
     if not all(math.isfinite(v) for v in (message.angle_min, message.angle_increment, message.range_min)):
         return None, "its angles or limits are no numbers"
+    if math.isnan(message.range_max) or abs(message.angle_increment) < LEAST_TURN_RAD:
+        return (
+            None,
+            f"its greatest range is {message.range_max:g} m, and its beams turn by {message.angle_increment:g} rad",
+        )
     fault = stamp_fault(stamp_s, now_s) or _older(stamp_s, before_s)
     if fault:
         return None, fault
     ranges = np.array(message.ranges, dtype=np.float32)
-    limits = message.range_min, message.range_max
-    return Scan(stamp_s, ranges, message.angle_min, message.angle_increment, *limits, sensor), ""
+    first_rad, turn_rad = message.angle_min, message.angle_increment
+    if turn_rad < 0.0:
+        first_rad, turn_rad, ranges = first_rad + turn_rad * (len(ranges) - 1), -turn_rad, ranges[::-1]
+    return Scan(stamp_s, ranges, first_rad, turn_rad, message.range_min, message.range_max, sensor), ""
 
 
 def read_odometry(message: OdometryMessage, now_s: float, before_s: float) -> Tuple[Optional[Odometry], str]:

@@ -141,7 +141,7 @@ class ExplorerInputs:
         return ""
 
     def _on_map(self, message: OccupancyGrid) -> str:
-        fault = grid_fault(message)
+        fault = grid_fault(message, self._params.map_frame)
         if not fault:
             grid = grid_of(message)
             with self._changed:

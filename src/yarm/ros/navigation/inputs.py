@@ -144,8 +144,6 @@ class MoveBaseInputs:
             before_s = self._scans[-1].stamp_s if self._scans else -math.inf
             now_s = present_s(self._params.sync)
             scan, fault = read_scan(message, self._frames, self._params.base_frame, now_s, before_s)
-            if scan is not None and scan.angle_increment_rad <= 0.0:
-                return f"its beams turn by {scan.angle_increment_rad:g} rad each, expected more than 0"
             if scan is not None:
                 self._scans.append(scan)
                 self._changed.notify_all()
@@ -167,10 +165,7 @@ class MoveBaseInputs:
         return fault
 
     def _on_map(self, message: OccupancyGrid) -> str:
-        frame = message.header.frame_id.lstrip("/")
-        fault = grid_fault(message)
-        if not fault and frame != self._params.map_frame:
-            fault = f"its frame is {frame!r}, expected {self._params.map_frame}"
+        fault = grid_fault(message, self._params.map_frame)
         if not fault:
             grid = grid_of(message)
             with self._changed:

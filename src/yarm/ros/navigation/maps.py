@@ -23,9 +23,16 @@ def grid_message(grid: GridMap, frame: str, stamp: rospy.Time) -> OccupancyGrid:
     return message
 
 
-def grid_fault(message: OccupancyGrid) -> str:
-    """What is wrong with a grid; empty when it can be used."""
-    info = message.info
+def grid_fault(message: OccupancyGrid, frame: str = "") -> str:
+    """What is wrong with a grid; empty when it can be used.
+
+    Args:
+        message: as it came.
+        frame: it must be given in; empty: in any.
+    """
+    info, given = message.info, message.header.frame_id.lstrip("/")
+    if frame and given != frame:
+        return f"its frame is {given!r}, expected {frame}"
     if len(message.data) != info.width * info.height or not message.data:
         return f"{len(message.data)} cells for {info.width} x {info.height}, expected as many, and at least one"
     if not 1e-3 <= info.resolution <= 100.0:
