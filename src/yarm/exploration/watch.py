@@ -15,7 +15,7 @@ import numpy as np
 from yarm.exploration.model import Command, Observation
 from yarm.geometry import Pose2
 from yarm.geometry.poses import wrap_angle
-from yarm.geometry.scans import Odometry, RangeArray
+from yarm.geometry.scans import Odometry, RangeArray, Scan
 from yarm.robots.turtlebot import SPEED_LIMIT_MPS, Bumper, BumperEvent
 
 AGE_S = 0.3
@@ -29,6 +29,8 @@ TOLD_MPS, TOLD_RADPS = 0.02, 0.1
 """A command above one of these moves the robot."""
 FROZEN_WAY_M, FROZEN_TURN_RAD = 0.05, 0.1
 """A scan that is the same to the last bit over such a motion is frozen."""
+BLIND_WAY_M, BLIND_TURN_RAD = 1.0, math.pi
+"""A scan without a single range over such a way, or such a turn, sees nothing: before a wall it would have by now."""
 JUMP_M, JUMP_RAD = 0.2, 0.35
 """A pose that changes by more between two passes, beyond what the robot can drive, has jumped."""
 JUMP_HOLD_S = 0.5
@@ -120,6 +122,8 @@ class _ScanCheck:
         self._changed_at: Optional[Pose2] = None
         self._changed_s = 0.0
         self._frozen = False
+        self._here: Optional[Pose2] = None
+        self._seen_s, self._way_m, self._turned_rad = 0.0, 0.0, 0.0
 
     def look(self, seen: Observation, told: Command) -> Optional[_Fault]:
         scan, now_s = seen.scan, seen.now_s
@@ -129,15 +133,26 @@ class _ScanCheck:
             return _Fault(f"none newer than {now_s - scan.stamp_s:.1f} s", self._remedy, scan.stamp_s)
         if len(scan.ranges) == 0:
             return _Fault("it has no beams", self._remedy)
-        if self._is_frozen(scan.ranges, seen):
+        if self._is_frozen(scan, seen):
             return _Fault("it does not change though the robot moves", self._remedy, self._changed_s)
+        if self._is_blind(scan, seen):
+            return _Fault("no beam has a range though the robot moves", self._remedy, self._seen_s)
         return None
 
-    def _is_frozen(self, ranges: RangeArray, seen: Observation) -> bool:
+    def _is_blind(self, scan: Scan, seen: Observation) -> bool:
+        before, self._here = self._here, None if seen.odometry is None else seen.odometry.pose
+        if np.any(scan.valid()):
+            self._seen_s, self._way_m, self._turned_rad = seen.now_s, 0.0, 0.0
+        elif before is not None and self._here is not None:
+            self._way_m += before.distance(self._here)
+            self._turned_rad += abs(wrap_angle(self._here.yaw_rad - before.yaw_rad))
+        return self._way_m > BLIND_WAY_M or self._turned_rad > BLIND_TURN_RAD
+
+    def _is_frozen(self, scan: Scan, seen: Observation) -> bool:
         here = None if seen.odometry is None else seen.odometry.pose
-        before, self._ranges = self._ranges, ranges
+        ranges, before, self._ranges = scan.ranges, self._ranges, scan.ranges
         changed = before is None or len(before) != len(ranges) or not np.array_equal(before, ranges, equal_nan=True)
-        if changed or self._changed_at is None or not np.any(np.isfinite(ranges)):
+        if changed or self._changed_at is None or not np.any(scan.valid()):
             self._changed_at, self._changed_s, self._frozen = here, seen.now_s, False
         elif here is not None and not self._frozen:
             way_m = self._changed_at.distance(here)

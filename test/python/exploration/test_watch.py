@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from yarm.exploration.model import LOOP_S, Command, Observation
-from yarm.exploration.watch import AGE_S, FROZEN_HOLD_S, STUCK_BUMPER_S, SensorWatch
+from yarm.exploration.watch import AGE_S, BLIND_TURN_RAD, BLIND_WAY_M, FROZEN_HOLD_S, STUCK_BUMPER_S, SensorWatch
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Odometry, Scan
 from yarm.navigation.grid_map import GridMap
@@ -102,6 +102,29 @@ def test_a_scan_that_sees_nothing_is_no_fault_of_the_sensor(drive, value):
     blank = lambda seen: replace(seen.scan, ranges=np.full(64, value, np.float32))  # noqa: E731
     complaints = drive.go(2, scan=blank)
     assert complaints == ()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1.0])
+def test_a_scan_that_goes_on_seeing_nothing_while_the_robot_moves_is_blind(drive, value):
+    blank = lambda seen: replace(seen.scan, ranges=np.full(64, value, np.float32))  # noqa: E731
+    began_s, from_m = drive.now_s, drive.x
+    while not drive.complaints:
+        drive.go(scan=blank)
+    complaint = only(drive.complaints, "scan")
+    assert drive.x - from_m == pytest.approx(BLIND_WAY_M, abs=0.05)
+    assert "no beam has a range" in complaint.text and complaint.since_s == pytest.approx(began_s)
+    assert drive.go(20, scan=blank), "standing, it still sees nothing"
+    assert drive.go() == ()
+
+
+def test_turning_about_without_seeing_anything_is_blind_too(drive):
+    blank = lambda seen: replace(seen.scan, ranges=np.full(64, math.nan, np.float32))  # noqa: E731
+    turned = {
+        yaw_deg: lambda seen, yaw_deg=yaw_deg: Odometry(seen.now_s, Pose2(drive.x, 0.0, math.radians(yaw_deg)))
+        for yaw_deg in range(0, 200, 5)
+    }
+    found = [drive.go(scan=blank, odometry=odometry) != () for odometry in turned.values()]
+    assert found.index(True) * 5 == pytest.approx(math.degrees(BLIND_TURN_RAD), abs=10.0)
 
 
 def test_another_number_of_beams_is_no_fault(drive):
