@@ -22,7 +22,7 @@ class Scan:
         stamp_s: when, s.
         ranges: (n,) metres, beam 0 first; NaN, or out of [range_min_m, range_max_m], where nothing valid was seen.
         angle_min_rad: of beam 0 in the sensor's frame.
-        angle_increment_rad: from one beam to the next, to the left: more than 0.
+        angle_increment_rad: from one beam to the next; + = to the left.
         range_min_m: least range that means anything.
         range_max_m: greatest range that means anything.
         sensor: pose of the sensor on the robot's base.

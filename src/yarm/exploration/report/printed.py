@@ -14,9 +14,12 @@ import numpy as np
 from yarm.exploration.model import Command, Event, Observation, Step
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.report.behaviours import TURN_RAD, TURN_REST_RAD, to_the_middle
+from yarm.exploration.report.frontiers import cropped
 from yarm.exploration.report.params import ReportParams
+from yarm.exploration.report.printed_follow import printed_follow
 from yarm.exploration.report.printed_frontier import FRONTIER_AFTER_S, FRONTIER_CENTRE_M, printed_path
 from yarm.exploration.report.view import View, Watcher
+from yarm.navigation.grid_map import GridMap
 from yarm.robots.turtlebot import Bumper
 
 FAR_M = 6.0
@@ -30,6 +33,7 @@ BUMP_MPS, BUMP_RADPS = 0.05, math.pi / 6
 FRONT_COUNTER, FRONT_STEP = 100, 8
 TURN_EVERY_S, TURN_FROM_S, TURN_RADPS, TURN_BACK_LOOPS, TURN_PAUSE_S = 101, 102.0, math.pi / 12, 10, 3.0
 LIMIT_S = 900.0
+STUCK_SAMPLES, STUCK_FROM_S = 300, 10.0
 
 Program = Generator[Tuple[str, Command], View, None]
 
@@ -45,6 +49,7 @@ class PrintedController:
         self._watcher = Watcher(valid_m=math.inf, mend_single=False)
         self._events: List[Event] = []
         self._places: List[Tuple[float, float, int]] = []
+        self._samples = 0
         self._front = 0
         self._left = False
         self._right = False
@@ -58,6 +63,7 @@ class PrintedController:
     def step(self, observation: Observation) -> Step:
         """One pass of the loop, or of a motion that blocks it."""
         self._events.clear()
+        self._note_stuck(observation)
         for event in observation.bumps:
             self._latch(event.bumper, event.pressed)
         view = self._watcher.look(observation)
@@ -75,6 +81,12 @@ class PrintedController:
             self._events.append(Event(view.now_s, "behaviour", (("name", name),)))
             self._behaviour = name
         return Step(command, name, tuple(self._events))
+
+    def _note_stuck(self, observation: Observation) -> None:
+        """The test that nothing listens to: its sums over the samples are never made, and a full window is stuck."""
+        before, self._samples = self._samples, self._samples + int(observation.odometry is not None)
+        if before < STUCK_SAMPLES <= self._samples and observation.now_s >= STUCK_FROM_S:
+            self._events.append(Event(observation.now_s, "stuck", (("used", 0),)))
 
     def _latch(self, bumper: Bumper, pressed: bool) -> None:
         """A press is noted; nothing but the manoeuvre in front ever clears one."""
@@ -139,7 +151,7 @@ class PrintedController:
         centre = view.room.centre
         direction = self._draw()
         if view.now_s > FRONTIER_AFTER_S and centre == FRONTIER_CENTRE_M and view.observation.map is not None:
-            printed_path(view.observation.map, view.odom)
+            view = yield from self._frontier(view, view.observation.map)
         if view.now_s > 1.0 and (centre <= STOP_M or centre >= FAR_M):
             direction = self._at_place(view, direction)
             view = yield from self._select(view, direction)
@@ -150,6 +162,15 @@ class PrintedController:
             return view
         turn = to_the_middle(view.room.left, view.room.right, self._params)
         view = yield "forward", Command(self._speed(view), turn)
+        return view
+
+    @staticmethod
+    def _frontier(view: View, room: GridMap) -> Generator[Tuple[str, Command], View, View]:
+        """The frontier mode, if it were ever called; it blocks."""
+        path, small = printed_path(room, view.odom), cropped(room)
+        if path is None or small is None:
+            return view
+        view = yield from printed_follow(view, small.centres_of(path), small.resolution_m)
         return view
 
     @staticmethod
