@@ -14,6 +14,7 @@ import numpy as np
 
 from yarm.geometry import FloatArray, Pose2, wrap_angle
 from yarm.geometry.scans import Scan
+from yarm.navigation.approach import Approach
 from yarm.navigation.costmap import Costmap, points_near
 from yarm.navigation.follower import Drive, PathFollower, room_ahead
 from yarm.navigation.grid_map import GridMap
@@ -42,6 +43,8 @@ TURN_S = 30.0
 BACK_MPS, BACK_M = 0.08, 0.12
 UNKNOWN_NEAR_M = 1.5
 """Around the robot unknown cells are taken for free on request, metres."""
+NEARER_SHARE = 0.5
+"""Of the tolerance: a robot farther than this from the end of its way can still get nearer to the goal."""
 LOOK_M = 1.0
 """The map is looked at so far around the robot for what is ahead."""
 
@@ -69,6 +72,7 @@ class Observation:
         map_count: changes with the map.
         low: (n, 2) low obstacles seen since the last step, base frame, metres; None without a camera.
         bumps: changes of the bumper since the last step.
+        odometry: pose of the base in odometry's frame, at the moment of ``pose``; None when it is not known.
     """
 
     now_s: float
@@ -80,6 +84,7 @@ class Observation:
     map_count: int = 0
     low: Optional[FloatArray] = None
     bumps: Tuple[BumperEvent, ...] = ()
+    odometry: Optional[Pose2] = None
 
 
 @dataclass(frozen=True)
@@ -116,6 +121,7 @@ class _Attempt:
     turned_rad: float = 0.0
     turn_yaw: Optional[float] = None
     turn_s: float = 0.0
+    approach: Approach = field(default_factory=Approach)
 
 
 class MoveBase:
@@ -227,7 +233,7 @@ class MoveBase:
             return self._back()
         if attempt.turn_yaw is not None:
             return self._turn(seen.now_s, seen.pose, attempt)
-        return self._drive(seen, seen.pose, attempt)
+        return self._drive(seen, attempt.approach.place(seen.pose, seen.odometry), attempt)
 
     def _sense(self, seen: Observation) -> None:
         if seen.map is None:
@@ -238,6 +244,7 @@ class MoveBase:
             self._follower.stop()
             if self._attempt is not None:
                 self._attempt.planned_s = -math.inf
+                self._attempt.approach.end()
         fresh = seen.scan is not None and seen.scan_pose is not None and seen.scan.stamp_s > self._scan_s
         if fresh:
             assert seen.scan is not None and seen.scan_pose is not None
@@ -275,6 +282,7 @@ class MoveBase:
     def _wait(self, seen: Observation, attempt: _Attempt, fault: str) -> Step:
         """Stand; give up when it takes too long."""
         self._follower.stop()
+        attempt.approach.end()
         attempt.planned_s, attempt.progress_s = -math.inf, seen.now_s
         if attempt.missing_s is None:
             attempt.missing_s = seen.now_s
@@ -297,7 +305,7 @@ class MoveBase:
         sees = None if self._way.field is None else self._way.field.sees
         drive = self._follower.step(pose, ahead_m, sees, cap)
         if drive.arrived:
-            return self._arrived(pose, attempt)
+            return self._arrived(seen, attempt)
         if abs(drive.v_mps) > 0.01 or abs(drive.w_radps) > 0.05:
             attempt.standing_s = None
         elif attempt.standing_s is None:
@@ -381,6 +389,7 @@ class MoveBase:
         attempt.tried.append(left[0])
         self._events.append(f"recovers ({left[0]}): {reason}")
         self._follower.stop()
+        attempt.approach.end()
         self.clear_costmaps()
         attempt.planned_s, attempt.no_way_s, attempt.standing_s = -math.inf, None, None
         attempt.progress, attempt.progress_s = pose, now_s
@@ -404,14 +413,34 @@ class MoveBase:
         self._backing_m -= BACK_MPS * self._params.period_s
         return Step(Status.ACTIVE, Drive(-BACK_MPS, 0.0), events=tuple(self._events))
 
-    def _arrived(self, pose: Pose2, attempt: _Attempt) -> Step:
+    def _arrived(self, seen: Observation, attempt: _Attempt) -> Step:
         """At the end of the way: the goal, or the middle of its cell when the goal itself is too near to something."""
-        away = pose.distance(attempt.goal)
-        if away > self._params.xy_goal_tolerance:
-            tolerance = self._params.xy_goal_tolerance
-            return self._abort(f"the way ended {away:.2f} m from the goal, the tolerance is {tolerance:g} m")
-        self.cancel()
-        return Step(Status.SUCCEEDED, Drive(arrived=True), events=tuple(self._events))
+        assert seen.pose is not None
+        p = self._params
+        away = seen.pose.distance(attempt.goal)
+        turned = abs(wrap_angle(attempt.goal.yaw_rad - seen.pose.yaw_rad))
+        if away <= p.xy_goal_tolerance and turned <= p.yaw_goal_tolerance:
+            self.cancel()
+            return Step(Status.SUCCEEDED, Drive(arrived=True), events=tuple(self._events))
+        if away <= p.xy_goal_tolerance:
+            return self._turn_on_the_spot(seen.pose, attempt)
+        if self._nearer_is_possible(seen.pose) and attempt.approach.begin(seen.pose, seen.odometry):
+            self._events.append(f"{away:.3f} m off at the goal's heading: drives that by odometry")
+            self._follower.stop()
+            attempt.planned_s, attempt.progress_s = -math.inf, seen.now_s
+            return self._stand()
+        return self._abort(f"the way ended {away:.2f} m from the goal, the tolerance is {p.xy_goal_tolerance:g} m")
+
+    def _turn_on_the_spot(self, pose: Pose2, attempt: _Attempt) -> Step:
+        """Near enough, but odometry's heading is not the believed one: that is turned to now."""
+        attempt.approach.end()
+        self._follower.follow(np.array([[pose.x, pose.y]]), attempt.goal.yaw_rad)
+        return self._stand()
+
+    def _nearer_is_possible(self, pose: Pose2) -> bool:
+        """Whether what is missing is missing up to the way's end, not from there to the goal."""
+        end = self._way.path[-1]
+        return math.hypot(end[0] - pose.x, end[1] - pose.y) > NEARER_SHARE * self._params.xy_goal_tolerance
 
     def _ahead(self, seen: Observation, pose: Pose2) -> float:
         """Free way ahead by the map with its marks and by what is sensed at this moment, metres."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any, Callable, List, Optional, Sequence
 
@@ -36,10 +37,18 @@ def map_of(arena: Arena, known: Optional[Sequence[Block]] = None) -> GridMap:
 
 
 class Drive:
-    """One robot, one room, one :class:`MoveBase`; the localisation is exact."""
+    """One robot, one room, one :class:`MoveBase`; the localisation is exact unless it swings.
 
-    def __init__(self, *blocks: Block, known: Optional[Sequence[Block]] = None, **params: Any) -> None:
+    Attributes:
+        swing_m: the believed place lies so far to the south-east of the true one when the robot looks north-east, and
+            to the north-west when it looks south-west; half way in between it is exact.
+    """
+
+    def __init__(
+        self, *blocks: Block, known: Optional[Sequence[Block]] = None, swing_m: float = 0.0, **params: Any
+    ) -> None:
         """Standing at the origin of a room of 4 x 4 m."""
+        self.swing_m = swing_m
         self.params = MoveBaseParams(**params)
         self.base = MoveBase(self.params)
         self.arena = room(*blocks)
@@ -56,12 +65,20 @@ class Drive:
     def here(self) -> Pose2:
         return self.world.truth
 
+    @property
+    def believed(self) -> Pose2:
+        """Where the localisation says the robot is, map frame."""
+        here = self.here
+        off_m = self.swing_m * math.cos(here.yaw_rad - math.pi / 4) / math.sqrt(2.0)
+        return Pose2(here.x + off_m, here.y - off_m, here.yaw_rad)
+
     def observe(self) -> Observation:
         if self.scans:
             self._scan = replace(self.world.scan(), stamp_s=self.now_s)
-        pose = self.here if self.placed else None
+        pose = self.believed if self.placed else None
         bumps = self.world.take_bumps()
-        return Observation(self.now_s, pose, "test", self._scan, pose, self.map, self.map_count, bumps=bumps)
+        odometry = self.world.odometry().pose
+        return Observation(self.now_s, pose, "test", self._scan, pose, self.map, self.map_count, None, bumps, odometry)
 
     def step(self) -> Step:
         """One step and the time that its command stands."""

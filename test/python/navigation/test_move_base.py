@@ -11,11 +11,13 @@ import pytest
 from python.navigation.driving import Drive, map_of
 from support.rooms import block
 from yarm.geometry import Pose2, wrap_angle
+from yarm.navigation.approach import MOST
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.move_base import MoveBase, Observation, Status, Step
 from yarm.navigation.path_check import check_path
 
 SCREEN = block("screen", 0.9, 0.0, (0.2, 1.6, 0.6))
+TIGHT = {"xy_goal_tolerance": 0.05, "yaw_goal_tolerance": 0.04, "controller_frequency": 10.0}
 PERSON = block("person", 0.9, 0.0, (0.25, 0.35, 0.6))
 
 
@@ -65,6 +67,63 @@ class TestGoals:
     def test_numbers_that_are_none_are_refused(self, bad: tuple) -> None:
         with pytest.raises(ValueError, match="finite"):
             MoveBase().go(Pose2(*bad), 0.0)
+
+
+class TestLastPiece:
+    """The believed place swings while the robot turns, as in a map of cells."""
+
+    @pytest.mark.parametrize("seed", range(3))
+    def test_goals_are_reached_within_less_than_the_swing(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        drive = Drive(swing_m=0.06, **TIGHT)
+        driven = 0
+        for _ in range(8):
+            x, y, yaw_rad = rng.uniform((-1.4, -1.4, -math.pi), (1.4, 1.4, math.pi))
+            goal = Pose2(x, y, yaw_rad)
+            drive.go(goal.x, goal.y, goal.yaw_rad)
+            step = drive.run(60.0)
+            assert step.status is Status.SUCCEEDED, step.reason
+            assert drive.believed.distance(goal) <= 0.05
+            assert abs(wrap_angle(drive.believed.yaw_rad - goal.yaw_rad)) <= 0.04
+            driven += any("drives that by odometry" in event for event in drive.events)
+            drive.events.clear()
+        assert driven >= 2
+
+    def test_without_odometry_it_is_given_up_with_what_is_missing(self) -> None:
+        drive = Drive(swing_m=0.25, **TIGHT)
+        observe = drive.observe
+        drive.observe = lambda: replace(observe(), odometry=None)
+        drive.go(1.2, 0.0, -2.0)
+        step = drive.run(60.0)
+        assert step.status is Status.ABORTED and stands(step)
+        assert "the way ended" in step.reason and "the tolerance is 0.05 m" in step.reason
+
+    def test_a_place_that_never_agrees_is_given_up_after_three_attempts(self) -> None:
+        drive = Drive(**TIGHT)
+        drive.go(1.0, 0.0, 2.0)
+        exact, facing, off_m = drive.observe, False, 0.0
+
+        def observe() -> Observation:
+            """Each time the robot faces the goal's heading there, its place seems another 0.1 m to the side."""
+            nonlocal facing, off_m
+            seen = exact()
+            assert seen.pose is not None
+            before, facing = facing, seen.pose.x > 0.8 and abs(seen.pose.yaw_rad - 2.0) < 0.1
+            off_m += 0.1 if facing and not before else 0.0
+            pose = Pose2(seen.pose.x, seen.pose.y + off_m, seen.pose.yaw_rad) if facing else seen.pose
+            return replace(seen, pose=pose)
+
+        drive.observe = observe
+        step = drive.run(120.0)
+        assert step.status is Status.ABORTED and "the way ended" in step.reason
+        assert sum("drives that by odometry" in event for event in drive.events) == MOST
+
+    def test_a_goal_whose_way_must_end_beside_it_is_given_up_at_once(self) -> None:
+        drive = Drive(block("box", 1.0, 0.0, (0.4, 0.4, 0.6)), xy_goal_tolerance=0.02, controller_frequency=10.0)
+        drive.go(0.598, 0.024)
+        step = drive.run(60.0)
+        assert step.reason == "the way ended 0.03 m from the goal, the tolerance is 0.02 m"
+        assert not any("drives that by odometry" in event for event in drive.events)
 
 
 class TestNoWay:

@@ -80,8 +80,9 @@ class MoveBaseInputs:
             scan_pose = None
             if placed is not None and scan is not None:
                 scan_pose = placed.compose(self._odometry_at(scan.stamp_s))
-            pose = None if placed is None else placed.compose(self._past[-1].pose)
-            return Observation(now_s, pose, fault, scan, scan_pose, self._map, self._map_count, low, bumps)
+            odometry = None if placed is None else self._past[-1].pose
+            pose = None if placed is None or odometry is None else placed.compose(odometry)
+            return Observation(now_s, pose, fault, scan, scan_pose, self._map, self._map_count, low, bumps, odometry)
 
     def in_map(self, frame: str) -> Optional[Pose2]:
         """Pose of a frame in the map; None when no transforms lead there."""
