@@ -18,8 +18,8 @@ from yarm.sim.scenes.arena import BlockKind
 from yarm.sim.scenes.layout import Layout
 
 CELL_M = 0.05
-MARGIN_CELLS = 4
-"""The map reaches so far beyond the room."""
+MARGIN_CELLS = 4.5
+"""The map reaches so far beyond the room: the walls' faces lie on middles of cells, not on the border between two."""
 BY_HAND = Pose2(0.10, -0.10, 0.10)
 """A pose that is given by hand is so far off."""
 
@@ -36,7 +36,7 @@ class Given:
 def room_map(layout: Layout) -> GridMap:
     """The room without boxes: walls occupied, free inside, not known outside; its frame is the world's."""
     lower, upper = np.array(layout.arena.lower), np.array(layout.arena.upper)
-    columns, rows = (math.ceil(float(v) / CELL_M - 1e-6) + 2 * MARGIN_CELLS for v in upper - lower)
+    columns, rows = (math.ceil(float(v) / CELL_M - 1e-6 + 2 * MARGIN_CELLS) for v in upper - lower)
     corner = lower - MARGIN_CELLS * CELL_M
     cells = np.full((rows, columns), UNKNOWN, np.int8)
     grid = GridMap(cells, CELL_M, Pose2(float(corner[0]), float(corner[1])))

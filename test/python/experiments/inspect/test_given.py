@@ -42,6 +42,18 @@ def test_walls_in_the_map_lie_where_they_are(layout: Layout) -> None:
     assert walls.signed(middles).min(axis=1).max() <= 0.025 + 1e-9
 
 
+def test_the_faces_of_the_walls_lie_on_middles_of_cells(layout: Layout) -> None:
+    """On the border between two cells rounding would choose, and the place be half a cell off."""
+    grid, (lower, upper) = room_map(layout), (layout.arena.lower, layout.arena.upper)
+    row, column = grid.cell_of(0.5 * (lower[0] + upper[0]), 0.5 * (lower[1] + upper[1]))
+    along_x = grid.centres_of(np.argwhere(~grid.occupied[row : row + 1] & ~grid.unknown[row : row + 1]))[:, 0]
+    along_y = grid.centres_of(
+        np.argwhere(~grid.occupied[:, column : column + 1] & ~grid.unknown[:, column : column + 1])
+    )
+    for free, low, high in ((along_x, lower[0], upper[0]), (along_y[:, 1], lower[1], upper[1])):
+        assert (free.min() - 0.05, free.max() + 0.05) == pytest.approx((low, high), abs=1e-6)
+
+
 def test_the_files_say_the_same(layout: Layout, tmp_path: Path) -> None:
     given = write_given(layout, tmp_path / "new")
     boxes = read_boxes(given.boxes)
