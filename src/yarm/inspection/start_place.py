@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import binary_erosion, distance_transform_edt, map_coordinates
 from scipy.optimize import least_squares
 
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.scans import Scan
-from yarm.navigation.costs import clearance
 from yarm.navigation.grid_map import GridMap
 
 GUESS_M, GUESS_RAD = 0.05, 0.10
 """Deviation of the guess: what odometry loses in a turn."""
 SURFACE_M, FAR_M = 0.03, 0.30
 """Deviation of a point from the map's surface; a point farther than the second belongs to something else."""
+BIAS_PER_M = 0.0012
+"""Ranges r are lengthened by this times r squared, as amcl's ``bias_slope``: the nearest of noisy rows reads short."""
 EVERY = 4
 LEAST_POINTS = 20
 
 
 def fitted(guess: Pose2, scan: Scan, grid: GridMap) -> Pose2:
     """The pose near a guess, map frame, from which a scan fits the map best; the guess if it shows too little."""
-    points = scan.points()[::EVERY]
+    lengthened = scan.ranges + BIAS_PER_M * scan.ranges**2
+    points = replace(scan, ranges=lengthened).points()[::EVERY]
     if len(points) < LEAST_POINTS:
         return guess
-    field = clearance(grid)
+    field = _to_surfaces(grid)
 
     def residuals(move: FloatArray) -> FloatArray:
         pose = Pose2(guess.x + move[0], guess.y + move[1], guess.yaw_rad + move[2])
@@ -36,3 +40,16 @@ def fitted(guess: Pose2, scan: Scan, grid: GridMap) -> Pose2:
 
     move = least_squares(residuals, np.zeros(3), loss="soft_l1", diff_step=1e-3, x_scale=(0.01, 0.01, 0.01)).x
     return Pose2(guess.x + float(move[0]), guess.y + float(move[1]), guess.yaw_rad + float(move[2]))
+
+
+def _to_surfaces(grid: GridMap) -> FloatArray:
+    """(rows, columns) distance from each cell's centre to the nearest occupied one that is not inside a body, metres.
+
+    Behind a surface it grows again, so that a body's depth is nothing for points to lie in.
+    """
+    occupied = grid.occupied
+    surfaces = occupied & ~binary_erosion(occupied, border_value=1)
+    if not surfaces.any():
+        return np.full(occupied.shape, FAR_M)
+    distance: FloatArray = distance_transform_edt(~surfaces, sampling=grid.resolution_m)
+    return distance
