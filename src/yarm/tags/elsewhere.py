@@ -10,18 +10,21 @@ import cv2
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
-from yarm.tags.alignment import Fit, Reference, flattened, likeness_of
+from yarm.tags.alignment import Fit, Reference, flattened, likeness_of, texture_within
 from yarm.tags.face_view import UPRIGHT_PX, FaceView
 from yarm.tags.features import Detector, Features
 from yarm.tags.motifs import GreyImage
 from yarm.tags.quads import is_tangled, mapped_corners
 
 RATIO = 0.8
-LEAST_SCALE = 0.4
-"""The image is made smaller, at most to this, until a face at the box's distance is as wide as an upright one."""
+SEARCHED_PX, LEAST_SCALE = 150, 0.24
+"""The image is made smaller, at most to this scale, until a face at the box's distance is so wide: at 250 px no more
+moved boxes are found, in twice the time."""
 RANSAC_PX = 3.0
 LEAST_INLIERS = 12
 LEAST_LIKENESS = 0.5
+FRAME_PX = 22
+"""So much along the face's edge may be printed on a blank face, upright pixels."""
 STEEPEST_TILT_DEG = 25.0
 """A face that leans farther than this from upright is no box on the floor."""
 
@@ -34,11 +37,13 @@ class Found:
         fit: the tag, and how well it lies there.
         box: where its box stands.
         upside_down: whether it stands on its head.
+        texture: of its face there: what is seen where the box should be is not the face.
     """
 
     fit: Fit
     box: Pose2
     upside_down: bool
+    texture: float
 
 
 def find_anywhere(
@@ -47,10 +52,12 @@ def find_anywhere(
     """The tag with the most matches that agree, outside the other known boxes; None when none is sure."""
     mask = view.other_tags_mask()[: view.robot_row]
     grey = grey[: view.robot_row]
-    scale = min(1.0, max(LEAST_SCALE, UPRIGHT_PX[0] * _distance(view) / (view.camera.focal_px * view.size.width)))
+    scale = min(1.0, max(LEAST_SCALE, SEARCHED_PX * _distance(view) / (view.camera.focal_px * view.size.width)))
     size = (round(grey.shape[1] * scale), round(grey.shape[0] * scale))
     small = [cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in (grey, mask)]
     scene = detector.find(small[0], small[1])
+    if len(scene) < LEAST_INLIERS:
+        return None
     best: Optional[Tuple[int, int, FloatArray]] = None
     for number, reference in references.items():
         inliers, homography = _homography(reference.features, scene, detector)
@@ -62,11 +69,12 @@ def find_anywhere(
     homography = np.diag([grey.shape[1] / size[0], grey.shape[0] / size[1], 1.0]) @ homography
     back = cv2.warpPerspective(grey, homography, UPRIGHT_PX, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
     seen = cv2.warpPerspective(mask, homography, UPRIGHT_PX, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP)
-    likeness = likeness_of(flattened(back, seen), seen, references[number], np.eye(3))
+    flat = flattened(back, seen)
+    likeness = likeness_of(flat, seen, references[number], np.eye(3))
     box, upside_down, tilt_deg = pose_from_homography(homography, view)
     if likeness < LEAST_LIKENESS or tilt_deg > STEEPEST_TILT_DEG:
         return None
-    return Found(Fit(number, likeness, inliers), box, upside_down)
+    return Found(Fit(number, likeness, inliers), box, upside_down, texture_within(back, seen, flat, FRAME_PX))
 
 
 def pose_from_homography(homography: FloatArray, view: FaceView) -> Tuple[Pose2, bool, float]:
@@ -99,9 +107,12 @@ def _distance(view: FaceView) -> float:
 
 
 def _homography(tag: Features, scene: Features, detector: Detector) -> Tuple[int, Optional[FloatArray]]:
-    """Inliers and homography of a tag; none when too few agree, or they agree on no outline of a face."""
+    """Inliers and homography of a tag; none when too few agree, or they agree on no outline of a face.
+
+    Matches that fall on the same few keypoints of the scene are chance: nothing is fitted to them.
+    """
     matches = detector.good_matches(tag, scene, RATIO)
-    if len(matches) < LEAST_INLIERS:
+    if len(np.unique(matches[:, 1])) < LEAST_INLIERS:
         return 0, None
     homography, kept = cv2.findHomography(tag.points[matches[:, 0]], scene.points[matches[:, 1]], cv2.RANSAC, RANSAC_PX)
     inliers = 0 if homography is None else int(kept.sum())

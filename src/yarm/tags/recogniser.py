@@ -10,13 +10,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Mapping, Optional, Tuple
 
-import cv2
 import numpy as np
 
 from yarm.geometry import Pose2, wrap_angle
-from yarm.tags.alignment import Fit, FloatImage, best_first, fits, flattened, reference_of
+from yarm.tags.alignment import Fit, FloatImage, best_first, fits, flattened, reference_of, texture_within
 from yarm.tags.calibration import Calibration, Measures, load_calibration, probabilities
-from yarm.tags.elsewhere import Found, find_anywhere, pose_from_homography
+from yarm.tags.elsewhere import FRAME_PX, Found, find_anywhere, pose_from_homography
 from yarm.tags.face_view import MARGIN_PX, FaceView, Upright, outline_support, upright
 from yarm.tags.features import Detector
 from yarm.tags.motifs import GreyImage
@@ -30,8 +29,6 @@ EMPTY_TEXTURE = 0.03
 LEAST_OUTLINE = 0.35
 """A face shows at least so much of its outline. That less is seen does not prove that no box stands there: something
 may hide it, or its edges may be as bright as what is behind. That takes a range sensor."""
-FRAME_PX = 22
-"""So much along the face's edge may be printed on a blank face, upright pixels."""
 MOVED_M, MOVED_DEG = 0.10, 10.0
 FARTHEST_MOVE_M = 0.6
 """A tag farther from its place belongs to another box, and so does one nearer to another box's place."""
@@ -130,7 +127,7 @@ class Recogniser:
             other = self._elsewhere(grey, view, texture)
             if other is not None:
                 found = [other.fit if fit.tag == other.fit.tag else fit for fit in found]
-                measured, finding = other.box, _finding_of(other, view)
+                measured, finding, texture = other.box, _finding_of(other, view), other.texture
         elif best.homography is not None:
             measured = _measured(best, face, view)
         if measured is None and best.likeness < SURE_LIKENESS:
@@ -152,13 +149,8 @@ class Recogniser:
 
 
 def texture_of(face: Upright, flat: FloatImage) -> float:
-    """Deviation of the face's grey, inside its edge, without light and noise (flattened), for a mean of 1."""
-    edge = MARGIN_PX + FRAME_PX
-    inner = (slice(edge, -edge), slice(edge, -edge))
-    seen = cv2.erode(face.mask, np.ones((7, 7), np.uint8))[inner] > 0
-    if np.count_nonzero(seen) < 200:
-        return 0.0
-    return float(flat[inner][seen].std()) / max(1.0, float(face.picture[inner][seen].mean()))
+    """Texture of an upright face inside its margin and what may be printed along its edge."""
+    return texture_within(face.picture, face.mask, flat, MARGIN_PX + FRAME_PX)
 
 
 def _unusable(face: Optional[Upright]) -> Optional[Look]:

@@ -14,6 +14,7 @@ from yarm.tags.elsewhere import find_anywhere, pose_from_homography
 from yarm.tags.face_view import MARGIN_PX, UPRIGHT_PX, FaceView, outline_support, upright
 from yarm.tags.features import Detector
 from yarm.tags.pictures import size_at
+from yarm.tags.recogniser import texture_of
 
 SHIFT = np.array([[1.0, 0.0, MARGIN_PX], [0.0, 1.0, MARGIN_PX], [0.0, 0.0, 1.0]])
 
@@ -119,6 +120,10 @@ def test_a_tag_is_found_anywhere_but_on_other_boxes(detector: Detector) -> None:
     assert found is not None
     assert (found.fit.tag, found.upside_down) == (6, False)
     assert found.box.distance(there) < 0.03
+    in_place = upright(frame.grey, FaceView(T_world_optical, there))
+    assert in_place is not None
+    texture = texture_of(in_place, flattened(in_place.picture, in_place.mask))
+    assert found.texture == pytest.approx(texture, rel=0.2), "of the tag, not of the plain place where it was expected"
     known = FaceView(T_world_optical, face.box, others=((there, BoxSize()),))
     assert find_anywhere(frame.grey, known, references, detector) is None
 
