@@ -6,15 +6,17 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import time
 import unittest
 from pathlib import Path
 
 import rospy
 import rostest
+from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from support.explored_room import ExploredRoom
+from support.explored_room import LIMIT_S, ExploredRoom
 from yarm.exploration.deadline import SETTLE_S
 from yarm.geometry import Pose2
 from yarm.navigation.map_file import read_map
@@ -115,6 +117,37 @@ class ExplorerTest(unittest.TestCase):
         self.assertIn(f"since {lost_s:.1f} s; look at the camera", room.status.reason)
         self.assertTrue(room.run(2.0, until=lambda: room.status.reason == ""), room.status.reason)
         self.assertTrue(room.run(30.0, until=lambda: room.told[-1][1:] != (0.0, 0.0)))
+
+    def test_3b_what_cannot_be_used_is_left_out_and_named_and_the_run_goes_on(self):
+        room, said = self.room, []
+        log = rospy.Subscriber("/rosout", Log, lambda entry: said.append(entry.msg), queue_size=1000)
+        self.start()
+        room.run(3.0)
+        began, bumps = len(room.statuses), room.status.bumps
+        for messages in room.nonsense():
+            self.say_until_refused(messages, said)
+        log.unregister()
+        room.tick()
+        self.assertEqual(room.status.bumps, bumps)
+        room.run(5.0)
+        self.assertEqual({status.state for status in room.statuses[began:]}, {"exploring"})
+        self.assertEqual([text for status in room.statuses[began:] for text in status.sensors], [])
+        self.assertLess(room.believed().distance(room.map_from_world.compose(room.world.truth)), 0.05)
+
+    def say_until_refused(self, messages, said):
+        """While time stands still: every message again and again until the log has named each."""
+        left, end = dict(messages), time.monotonic() + LIMIT_S
+        while left:
+            self.assertLess(time.monotonic(), end, f"never named: {[wrong for _, _, wrong in left.values()]}")
+            for publisher, message, _ in left.values():
+                publisher.publish(message)
+            time.sleep(0.1)
+            told = list(said)
+            left = {
+                topic: given
+                for topic, given in left.items()
+                if not any(text.startswith(f"{topic} of ") and given[2] in text for text in told)
+            }
 
     def test_4_a_mapping_that_dies_and_begins_anew_elsewhere(self):
         room = self.room

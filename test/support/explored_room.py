@@ -154,6 +154,34 @@ class ExploredRoom:
         self._clock.publish(Clock(stamp))
         self._await_answers(stamp, alive)
 
+    def nonsense(self) -> List[Dict[str, tuple]]:
+        """Rounds of messages that cannot be used: for each topic its publisher, a message, and what is wrong with it.
+
+        A topic is in a round once: who refuses says so once in a while only.
+        """
+        now, old = rospy.Time.from_sec(self.now_s), rospy.Time(1)
+        strange, flat, past = (scan_message(self.world.scan(), stamp) for stamp in (now, now, old))
+        strange.header.frame_id, flat.angle_increment = "laser", 0.0
+        nowhere, late = OdometryMessage(), OdometryMessage()
+        nowhere.header.stamp, nowhere.pose.pose = now, pose_message(math.nan, 0.0, 0.0, 0.0)
+        late.header.stamp, late.pose.pose = old, pose_message(5.0, 0.0, 0.0, 0.0)
+        elsewhere, torn = self._map_message(now), self._map_message(now)
+        elsewhere.header.frame_id, torn.data = "world", torn.data[:-1]
+        return [
+            {
+                names.SCAN: (self._scan, strange, "frame 'laser' is not known in base_footprint"),
+                names.ODOM: (self._odom, nowhere, "must be finite"),
+                names.BUMPER: (self._bumper, BumperEvent(bumper=7, state=1), "bumper 7, state 1 mean nothing"),
+                names.MAP: (self._map, elsewhere, "its frame is 'world', expected map"),
+            },
+            {
+                names.SCAN: (self._scan, flat, "its beams turn by 0 rad"),
+                names.ODOM: (self._odom, late, "its stamp 1.000 s is before"),
+                names.MAP: (self._map, torn, f"{len(torn.data)} cells for"),
+            },
+            {names.SCAN: (self._scan, past, "its stamp 1.000 s is before")},
+        ]
+
     def run(self, seconds: float, until: Optional[Callable[[], bool]] = None, **what: bool) -> bool:
         """Passes for so long, or until something is true; whether it became true."""
         for _ in range(round(seconds / PASS_S)):

@@ -12,7 +12,6 @@ from functools import partial
 from typing import Callable
 
 import rospy
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
@@ -20,15 +19,13 @@ from yarm.exploration.model import LOOP_S, Controller
 from yarm.exploration.session import Answer, Request, Session
 from yarm.params import ParamError
 from yarm.ros.common import names
-from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.passes import Passes
 from yarm.ros.common.start import init_node
 from yarm.ros.exploration.inputs import ExplorerInputs
 from yarm.ros.exploration.outputs import ExplorerOutputs
 from yarm.ros.exploration.params import ExplorerParams, explorer_params
 from yarm.ros.exploration.saver import Saver
 
-WAKE_S = 0.2
-"""Wall time after which the loop looks whether it is to end, s."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -45,59 +42,35 @@ class ExplorerNode:
         """
         self._params = params
         self._stop = stop
-        self._tick = threading.Condition()
-        self._now_s, self._at_s, self._due = 0.0, 0.0, 0
-        self._went_back = self._again = False
         self._session_lock = threading.Lock()
         self._session = Session(params, make, params.autostart)
         self._saver = Saver(params.saves_as)
         self._outputs = ExplorerOutputs(params)
         self._inputs = ExplorerInputs(params)
-        self._clock = ClockWatch()
-        self._clock.on_reset(self._on_clock_reset)
-        self._subscribers = [
-            rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True),
-            rospy.Subscriber(names.EXPLORE_RESUME, Bool, self._on_resume, queue_size=10),
-        ]
+        self._passes = Passes(LOOP_S, params.sync)
+        self._resumes = rospy.Subscriber(names.EXPLORE_RESUME, Bool, self._on_resume, queue_size=10)
         self._services = [rospy.Service(f"~{r.value}", Trigger, partial(self._on_request, r)) for r in Request]
 
     def run(self) -> None:
         """Explore until the node is told to end; the map is saved then."""
         try:
             while not (self._stop.is_set() or rospy.is_shutdown()):
-                if self._await_pass():
-                    self._pass()
+                if self._passes.take_reset():
+                    self._start_afresh()
+                now_s = self._passes.wait(self._together())
+                if self._passes.take_repeated():
+                    self._outputs.acknowledge(self._passes.at_s)
+                if now_s is not None:
+                    self._pass(now_s)
         finally:
             self._close()
-
-    def _await_pass(self) -> bool:
-        """Wait for the next tenth of a second; false when it has not come yet."""
-        with self._tick:
-            if self._went_back:
-                self._went_back, self._due = False, 0
-                self._start_afresh()
-            if self._passes_now() < self._due:
-                self._tick.wait(WAKE_S)
-            count = self._passes_now()
-            if self._params.sync and count + 1 == self._due and self._again:
-                self._again = False
-                self._outputs.acknowledge(self._at_s)
-            if count < self._due or self._now_s <= 0.0 or not self._together():
-                return False
-            self._at_s = count * LOOP_S if self._params.sync else self._now_s
-            self._due, self._again = count + 1, False
-            return True
-
-    def _passes_now(self) -> int:
-        """Tenths of a second that have begun."""
-        return int(round(self._now_s / LOOP_S, 6))
 
     def _together(self) -> bool:
         """Lock-step begins when nothing that is said can be lost."""
         return not self._params.sync or (self._outputs.connected() and self._inputs.together())
 
-    def _pass(self) -> None:
-        began, now_s = time.perf_counter(), self._at_s
+    def _pass(self, now_s: float) -> None:
+        began = time.perf_counter()
         seen = self._inputs.observe(now_s)
         with self._session_lock:
             step = self._session.step(seen)
@@ -122,21 +95,10 @@ class ExplorerNode:
 
     def _close(self) -> None:
         with self._session_lock:
-            order = self._session.keeper.order(self._now_s, "the node ends")
+            order = self._session.keeper.order(self._passes.at_s, "the node ends")
         if order is not None:
             self._saver.save(order)
         self._saver.close()
-
-    def _on_clock(self, message: Clock) -> None:
-        with self._tick:
-            self._again = message.clock.to_sec() == self._now_s
-            self._now_s = message.clock.to_sec()
-            self._tick.notify_all()
-
-    def _on_clock_reset(self) -> None:
-        with self._tick:
-            self._went_back = True
-            self._tick.notify_all()
 
     def _on_request(self, request: Request, _: TriggerRequest) -> TriggerResponse:
         answer = self._ask(request)
