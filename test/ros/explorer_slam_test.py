@@ -6,68 +6,91 @@ from __future__ import annotations
 import math
 import os
 import signal
-import threading
-import time
-import unittest
+import subprocess
+import sys
+from pathlib import Path
 
-import rospy
 import rostest
 from nav_msgs.msg import Odometry
 from yarm.msg import ExplorerStatus
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.listening import ListeningTest
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
 from yarm.ros.experiment.usage import node_pids
 
-LIMIT_S = 120.0
-STILL_MPS = 0.005
+STATUS = names.explorer("status")
+STILL_MPS, DRIVES_MPS = 0.005, 0.05
+STANDS_S = 1.0
+MAPPING = "/slam_gmapping"
 
 
-class SlamKilledTest(unittest.TestCase):
-    def setUp(self):
-        self.changed = threading.Condition()
-        self.status = ExplorerStatus()
-        self.lost = None
-        self.speed = math.nan
-        self.since_lost = []
-        rospy.Subscriber(names.explorer("status"), ExplorerStatus, self.on_status)
-        rospy.Subscriber(names.SIM_POSE, Odometry, self.on_pose)
+def speed(message):
+    """Of the robot's fastest wheel over the ground, m/s."""
+    twist = message.twist.twist
+    return math.hypot(twist.linear.x, 0.115 * twist.angular.z)
 
-    def on_status(self, message):
-        with self.changed:
-            self.status = message
-            if self.lost is None and message.reason.startswith("pose: lost"):
-                self.lost = message
-            self.changed.notify_all()
 
-    def on_pose(self, message):
-        with self.changed:
-            self.speed = math.hypot(message.twist.twist.linear.x, 0.115 * message.twist.twist.angular.z)
-            if self.lost is not None:
-                self.since_lost.append(self.speed)
-            self.changed.notify_all()
+class SlamKilledTest(ListeningTest):
+    limit_s = 240.0
+    mapping: subprocess.Popen
 
-    def wait(self, what, condition):
-        end = time.monotonic() + LIMIT_S
-        with self.changed:
-            while not condition():
-                left = end - time.monotonic()
-                self.assertGreater(left, 0.0, f"waited {LIMIT_S:.0f} s for {what}; {self.status}")
-                self.changed.wait(left)
+    @classmethod
+    def setUpClass(cls):
+        cls.listen((STATUS, ExplorerStatus), (names.SIM_POSE, Odometry))
+        cls.start_mapping()
+
+    @classmethod
+    def tearDownClass(cls):
+        os.killpg(cls.mapping.pid, signal.SIGTERM)
+        cls.mapping.wait(cls.limit_s)
+
+    @classmethod
+    def start_mapping(cls):
+        command = ["rosrun", "yarm", "slam_gmapping", f"__name:={MAPPING[1:]}"]
+        cls.mapping = subprocess.Popen(command, start_new_session=True)
+
+    def since(self, topic, from_s):
+        """What has been heard with a stamp after a moment."""
+        return [message for message in self.kept[topic] if message.header.stamp.to_sec() > from_s]
+
+    def wait_until_it_drives(self, from_s):
+        """That it explores, nothing is wrong, and the robot really moves, all after a moment."""
+
+        def drives():
+            said = [m for m in self.since(STATUS, from_s) if m.moving and not m.reason]
+            after_s = said[0].header.stamp.to_sec() if said else math.inf
+            return any(speed(pose) > DRIVES_MPS for pose in self.since(names.SIM_POSE, after_s)) and said[0]
+
+        return self.wait(drives, f"the robot drives after {from_s:.1f} s")
 
     def test_it_stands_while_nobody_maps_and_goes_on_afterwards(self):
-        self.wait("the robot to drive", lambda: self.status.moving and self.speed > 0.05)
-        pid = node_pids()["/slam_gmapping"]
-        with self.changed:
-            self.lost = None
-            os.kill(pid, signal.SIGKILL)
-        # The mapping comes back by itself: what counts is what was said and done meanwhile, not what is so by now.
-        self.wait("the explorer to notice", lambda: self.lost is not None)
-        self.assertIn("look at the mapping node", self.lost.reason)
-        self.assertEqual((self.lost.state, self.lost.behaviour), ("exploring", "hold"))
-        self.wait("the robot to stand", lambda: any(speed < STILL_MPS for speed in self.since_lost))
-        self.wait("the robot to go on", lambda: not self.status.reason and self.speed > 0.05)
-        self.assertEqual(self.status.state, "exploring")
+        self.wait_until_it_drives(0.0)
+        pid = self.ask(lambda: node_pids().get(MAPPING), "the mapping's process")
+        killed_s = self.kept[STATUS][-1].header.stamp.to_sec()
+        os.kill(pid, signal.SIGKILL)
+        lost = self.wait(
+            lambda: next((m for m in self.since(STATUS, killed_s) if "pose: lost" in m.reason), None),
+            "the explorer notices",
+        )
+        self.assertIn("look at the mapping node", lost.reason)
+        self.assertEqual((lost.state, lost.behaviour), ("exploring", "hold"))
+        lost_s = lost.header.stamp.to_sec()
+        rested_s = self.wait(lambda: self.rest_after(lost_s), f"the robot stands for {STANDS_S:g} s")
+        self.mapping.wait(self.limit_s)
+        self.start_mapping()
+        self.assertEqual(self.wait_until_it_drives(rested_s).state, "exploring")
+
+    def rest_after(self, from_s):
+        """The end of the first time after a moment that the robot has stood for so long; None before."""
+        since_s = math.inf
+        for pose in self.since(names.SIM_POSE, from_s):
+            now_s = pose.header.stamp.to_sec()
+            since_s = min(since_s, now_s) if speed(pose) < STILL_MPS else math.inf
+            if now_s - since_s >= STANDS_S:
+                return now_s
+        return None
 
 
 if __name__ == "__main__":
