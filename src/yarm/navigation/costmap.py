@@ -17,6 +17,9 @@ from yarm.navigation.grid_map import FREE_AT_MOST, UNKNOWN, CellArray, GridMap
 LETHAL, INSCRIBED = 100, 99
 """Values of a costmap's message: something is in the cell; a disc on the cell's middle touches something."""
 
+BLIND_M = 0.45
+"""What is nearer than this to the robot's middle the scan does not see: its least range, from the sensor."""
+
 
 @dataclass(frozen=True)
 class CostmapSettings:
@@ -77,10 +80,12 @@ class Costmap:
         if not np.array_equal(before, self._marks):
             self._changed()
 
-    def clear(self) -> None:
-        """Forget everything that was seen."""
-        if self._marks.any():
-            self._marks[:] = False
+    def clear(self, robot: Optional[Pose2] = None) -> None:
+        """Forget everything that was seen, but what is so near to the robot that no scan would see it again."""
+        blind = near(self.static, robot.x, robot.y, BLIND_M) if robot is not None else np.zeros_like(self._marks)
+        kept = self._marks & blind
+        if not np.array_equal(kept, self._marks):
+            self._marks = kept
             self._changed()
 
     def clear_unknown(self, pose: Pose2, radius_m: float) -> None:

@@ -141,6 +141,7 @@ class MoveBase:
         self._attempt: Optional[_Attempt] = None
         self._way: Way = Way()
         self._backing_m = 0.0
+        self._pose: Optional[Pose2] = None
         self._events: List[str] = []
 
     @property
@@ -193,12 +194,13 @@ class MoveBase:
         """Time went backwards: nothing is known."""
         self.cancel()
         self._costmap, self._grid, self._map_count, self._scan_s = None, None, -1, -math.inf
+        self._pose = None
         self._overlay = Overlay()
 
     def clear_costmaps(self) -> None:
-        """Forget everything that was seen or touched."""
+        """Forget everything that was seen or touched, but what was seen where the scan is blind now."""
         if self._costmap is not None:
-            self._costmap.clear()
+            self._costmap.clear(self._pose)
         fresh = Overlay()
         fresh.count = self._overlay.count + 1
         self._overlay = fresh
@@ -219,7 +221,7 @@ class MoveBase:
 
     def step(self, seen: Observation) -> Step:
         """One step, ``controller_frequency`` times a second."""
-        self._events = []
+        self._events, self._pose = [], seen.pose
         self._sense(seen)
         attempt = self._attempt
         if attempt is None:

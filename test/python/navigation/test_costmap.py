@@ -10,7 +10,7 @@ import pytest
 from python.navigation.map_samples import drawn
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
-from yarm.navigation.costmap import INSCRIBED, LETHAL, Costmap, inflated, points_near, window
+from yarm.navigation.costmap import BLIND_M, INSCRIBED, LETHAL, Costmap, inflated, points_near, window
 from yarm.navigation.grid_map import UNKNOWN, GridMap
 
 HERE = Pose2(1.0, 2.0)
@@ -74,6 +74,18 @@ def test_clearing_forgets_marks_only() -> None:
     assert not costmap.marked.any() and costmap.grid.occupied.any() and costmap.version == 2
     costmap.clear()
     assert costmap.version == 2
+
+
+def test_clearing_keeps_what_the_scan_would_not_see_again() -> None:
+    costmap = Costmap(empty())
+    costmap.see(HERE, scan(1.02))
+    costmap.clear(Pose2(1.5, 2.0))
+    assert costmap.version == 2 and not costmap.marked.any()
+    costmap.see(HERE, scan(1.02))
+    costmap.clear(Pose2(2.02 - BLIND_M + 0.05, 2.0))
+    assert cell(costmap, 2.02, 2.0)
+    away = np.hypot(*(costmap.static.centres_of(np.argwhere(costmap.marked)) - (2.02 - BLIND_M + 0.05, 2.0)).T)
+    assert away.max() <= BLIND_M + 0.05
 
 
 def test_unknown_cells_around_the_robot_are_taken_for_free_on_request() -> None:

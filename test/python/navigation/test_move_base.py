@@ -15,6 +15,7 @@ from yarm.navigation.approach import MOST
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.move_base import MoveBase, Observation, Status, Step
 from yarm.navigation.path_check import check_path
+from yarm.sim.kinematic.world import KinematicWorld
 
 SCREEN = block("screen", 0.9, 0.0, (0.2, 1.6, 0.6))
 TIGHT = {"xy_goal_tolerance": 0.05, "yaw_goal_tolerance": 0.04, "controller_frequency": 10.0}
@@ -275,6 +276,18 @@ class TestPlans:
         assert not way.reason and np.array_equal(drive.base.path, before)
         assert drive.map is not None and check_path(drive.map, way.path, 0.2).clear
         assert tuple(way.path[0]) == (-1.5, -1.5) and tuple(way.path[-1]) == (1.5, 1.5)
+
+    def test_clearing_keeps_who_stands_where_the_scan_is_blind(self) -> None:
+        drive = Drive(PERSON, known=[])
+        drive.step()
+        drive.world = KinematicWorld(replace(drive.arena, start=Pose2(0.45, 0.0)), 4)
+        drive.step()
+        drive.base.clear_costmaps()
+        assert drive.base.grid is not None and drive.base.grid.occupied[drive.base.grid.cell_of(0.775, 0.0)]
+        drive.world = KinematicWorld(drive.arena, 4)
+        drive.step()
+        drive.base.clear_costmaps()
+        assert not drive.base.grid.occupied[drive.base.grid.cell_of(0.775, 0.0)]
 
     def test_a_place_that_cannot_be_reached_has_no_plan_and_a_reason(self) -> None:
         drive = Drive(SCREEN)
