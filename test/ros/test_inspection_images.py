@@ -7,7 +7,7 @@ import pytest
 from sensor_msgs.msg import Image
 
 from yarm.params import ParamError
-from yarm.ros.inspection.images import take_picture
+from yarm.ros.inspection.images import take_camera_picture, take_picture
 from yarm.ros.inspection.recogniser_node import picture_message
 from yarm.ros.inspection.recogniser_params import recogniser_params
 
@@ -43,6 +43,14 @@ def test_what_cannot_be_read_is_named_with_numbers():
             setattr(message, name, value)
         picture, fault = take_picture(message)
         assert words in fault and picture.size == 0
+
+
+def test_the_robots_camera_has_one_size_of_pictures():
+    grey = np.random.default_rng(1).integers(0, 255, (480, 640)).astype(np.uint8)
+    assert np.array_equal(take_camera_picture(picture_message(grey))[0], grey)
+    picture, fault = take_camera_picture(picture_message(grey[::2, ::2]))
+    assert picture.size == 0 and fault == "320 x 240 pixels, expected 640 x 480"
+    assert "encoding" in take_camera_picture(Image(height=2, width=2, encoding="32FC1", step=8, data=bytes(16)))[1]
 
 
 def test_all_that_is_wrong_with_the_parameters_is_told_at_once():

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import Image
 
+from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX
 from yarm.tags.motifs import GreyImage
 
 CHANNELS = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "8UC3": 3}
@@ -44,3 +45,12 @@ def take_picture(message: Image) -> Tuple[GreyImage, str]:
     """Grey of a picture message and "", or an empty picture and what is wrong with the message."""
     fault = picture_fault(message)
     return (NO_PICTURE, fault) if fault else (grey_of(message), "")
+
+
+def take_camera_picture(message: Image) -> Tuple[GreyImage, str]:
+    """The same for the robot's own camera, whose pictures have one size: where a box must be is told in pixels."""
+    grey, fault = take_picture(message)
+    if not fault and grey.shape != (CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX):
+        height, width = grey.shape
+        fault = f"{width} x {height} pixels, expected {CAMERA_WIDTH_PX} x {CAMERA_HEIGHT_PX}"
+    return (NO_PICTURE, fault) if fault else (grey, "")

@@ -21,7 +21,7 @@ from yarm.ros.common import names
 from yarm.ros.common.checks import present_s
 from yarm.ros.common.readings import listen, read_odometry, read_scan
 from yarm.ros.exploration.frames import Frames
-from yarm.ros.inspection.images import take_picture
+from yarm.ros.inspection.images import take_camera_picture
 from yarm.ros.inspection.navigation_link import NavigationLink
 from yarm.ros.inspection.params import InspectorParams
 from yarm.ros.navigation.maps import grid_fault, grid_of
@@ -114,7 +114,7 @@ class InspectorInputs:
             newest = self._pictures.popleft()
         if newest is None:
             return None
-        grey, fault = take_picture(newest)
+        grey, fault = take_camera_picture(newest)
         stamp_s = newest.header.stamp.to_sec()
         if fault:
             self._camera.refuse(fault, now_s)
