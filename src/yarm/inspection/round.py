@@ -162,7 +162,8 @@ class Round(RoundFlow):
         before = self._best.get(view.box)
         again = "" if before is None else f"again, as the looks before leave {before.probability:.3f}; "
         boxes, cost = len(plan.views), plan.cost_s
-        return f"{again}first of the cheapest round over the {boxes} left ({cost:.0f} s); decides with {chance:.2f}"
+        rank = "the cheapest round" if plan.gap == 0.0 else f"a round at most {100 * plan.gap:.0f} % above the cheapest"
+        return f"{again}first of {rank} over the {boxes} left ({cost:.0f} s); decides with {chance:.2f}"
 
     def _fits(self, view: Viewpoint, seen: Observation) -> bool:
         """Whether this view and then the way home end in time."""

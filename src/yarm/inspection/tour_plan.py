@@ -11,7 +11,8 @@ import numpy as np
 from yarm.geometry import FloatArray, Pose2
 from yarm.inspection.boxes import Box
 from yarm.inspection.times import DriveTimes
-from yarm.inspection.tour import MOST_EXACT, Tour, largest_tour, thinned_tour
+from yarm.inspection.tour import MOST_EXACT, Tour, largest_tour
+from yarm.inspection.tour_search import searched_tour
 from yarm.inspection.viewpoints import Viewpoint, viewpoint
 
 DISTANCES_M = (0.45, 0.55, 0.65, 0.8, 0.95)
@@ -38,11 +39,13 @@ class Plan:
         views: in visiting order; boxes that do not fit into the time have none.
         cost_s: expected, with the way home and the price of views that may not decide.
         unreachable: boxes without any view that can be reached.
+        gap: how much more than the cheapest over the same boxes it costs at most, as a share.
     """
 
     views: Tuple[Viewpoint, ...]
     cost_s: float
     unreachable: Tuple[int, ...]
+    gap: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,7 @@ class Planner:
             prices += [(1.0 / max(self.chance_of(box, view), LEAST_CHANCE) - 1.0) * AGAIN_S for view in fresh]
         worth = {box.number: value for box, value in boxes.items()}
         tour = self._solve(here, home, views, prices, worth, budget)
-        return Plan(tuple(views[i] for i in tour.stops), tour.cost, tuple(unreachable))
+        return Plan(tuple(views[i] for i in tour.stops), tour.cost, tuple(unreachable), tour.gap)
 
     def _solve(
         self,
@@ -144,7 +147,7 @@ class Planner:
             costs[i, n] = self._times(pose, [home])[0]
         costs[n] = self._times(here, [*poses, home]) + np.array([*prices, 0.0])
         box_of = [view.box for view in views]
-        solve = largest_tour if len(set(box_of)) <= MOST_EXACT else thinned_tour
+        solve = largest_tour if len(set(box_of)) <= MOST_EXACT else searched_tour
         return solve(costs, box_of, budget.fits, worth)
 
     def _times(self, start: Pose2, goals: Sequence[Pose2]) -> FloatArray:

@@ -18,6 +18,7 @@ from yarm.experiments.study.tag_figures import write_rows
 from yarm.geometry import FloatArray
 from yarm.inspection.boxes import Box
 from yarm.inspection.tour import MOST_EXACT, Tour, brute_force_tour, exact_tour, greedy_tour, way_cost
+from yarm.inspection.tour_search import searched_tour
 from yarm.inspection.viewpoints import viewpoint
 
 LEAST_BOXES = 4
@@ -28,6 +29,9 @@ DRAWS, SLOW_DRAWS = 20, 1
 HALF_M = 3.0
 VIEWS = 12
 """Views a box in the second measurement, as in our round."""
+MANY, MANY_DRAWS = (20, 30), 3
+"""Boxes that are too many for the exact tour, and layouts drawn for each number."""
+SEARCH_HEADER = ["boxes", "views_a_box", "layout", "searched_m", "greedy_m", "gap", "ms"]
 HEADER = ["boxes", "views_a_box", "method", "layouts", "metres", "times_the_exact", "ms"]
 Solver = Callable[[FloatArray, Sequence[int]], Tour]
 
@@ -113,6 +117,28 @@ def measured(boxes: int, views: int, methods: Sequence[Tuple[str, Solver]], layo
         )
         for i, (name, _) in enumerate(methods)
     ]
+
+
+def write_searches(folder: Path, many: Sequence[int] = MANY, layouts: int = MANY_DRAWS) -> str:
+    """``inspect_search.csv``: tours over more boxes than are solved exactly; a table to print.
+
+    Args:
+        folder: where to.
+        many: numbers of boxes.
+        layouts: drawn for each of them.
+    """
+    rows = []
+    for count in many:
+        for seed in range(layouts):
+            costs, box_of = drawn_costs(count, VIEWS, seed)
+            began = process_time()
+            tour = searched_tour(costs, box_of, lambda cost, stops: True, dict.fromkeys(box_of, 1.0))
+            taken_ms = 1000.0 * (process_time() - began)
+            greedy = greedy_tour(costs, box_of).cost
+            lengths = [f"{tour.cost:.2f}", f"{greedy:.2f}", f"{tour.gap:.4f}", f"{taken_ms:.0f}"]
+            rows.append([str(count), str(VIEWS), str(seed), *lengths])
+    write_rows(folder / "inspect_search.csv", SEARCH_HEADER, rows)
+    return markdown_table(SEARCH_HEADER, rows)
 
 
 def write_orders(boxes: Sequence[Box], folder: Path, most: int = MOST_EXACT) -> str:

@@ -9,7 +9,7 @@ from typing import Callable, List, Sequence
 
 from yarm.experiments.inspect.fault_figure import write_faults
 from yarm.experiments.inspect.fault_trial import LAYOUTS, fault_specs
-from yarm.experiments.inspect.order_figure import write_orders
+from yarm.experiments.inspect.order_figure import write_orders, write_searches
 from yarm.experiments.inspect.practice_figure import write_practice
 from yarm.experiments.inspect.rule_figures import write_angles, write_edge_cases
 from yarm.experiments.inspect.runner import parameters_of, run_round
@@ -148,4 +148,8 @@ def practice(folder: Path) -> List[str]:
         info = record.info
         run = run_folder(folder, info.layout, info.controller, info.seed)
         write_inspection(record, layout.arena, run, parameters_of(info.controller), package_versions())
-    return [write_practice(records, layout.arena, folder), write_orders(records[0].boxes, folder)]
+    return [
+        write_practice(records, layout.arena, folder),
+        write_orders(records[0].boxes, folder),
+        write_searches(folder),
+    ]

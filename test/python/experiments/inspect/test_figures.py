@@ -14,7 +14,7 @@ from yarm.experiments.inspect import fault_trial, order_figure
 from yarm.experiments.inspect.eyes import boxes_of
 from yarm.experiments.inspect.fault_figure import write_faults
 from yarm.experiments.inspect.fault_trial import KEPT, FaultResult, FaultSpec, fault_specs, run_fault
-from yarm.experiments.inspect.order_figure import drawn_costs, measured, practice_lengths, write_orders
+from yarm.experiments.inspect.order_figure import drawn_costs, measured, practice_lengths, write_orders, write_searches
 from yarm.experiments.inspect.practice_figure import PUBLISHED, write_practice
 from yarm.experiments.inspect.rule_figures import drawn_pair, sightings_of, write_angles, write_edge_cases
 from yarm.experiments.inspect.runner import run_round
@@ -82,6 +82,12 @@ def test_both_tags_of_a_pair_can_survive_and_the_rules_are_asked(tmp_path: Path)
     (row,) = rows_of(tmp_path / "inspect_edge.csv")
     assert row["by_area_right"] in "01" and int(row["seen_tag"]) > 0 and int(row["seen_neighbour"]) > 0
     assert text.count("of 1") == 3
+
+
+def test_searched_tours_are_shorter_than_greedy_ones_and_tell_their_gap(tmp_path: Path) -> None:
+    assert "searched_m" in write_searches(tmp_path, (16,), 1)
+    (row,) = csv.DictReader((tmp_path / "inspect_search.csv").open())
+    assert float(row["searched_m"]) < float(row["greedy_m"]) and 0.0 < float(row["gap"]) < 0.5
 
 
 def test_the_predicted_angle_is_off_and_the_measured_one_is_not(tmp_path: Path) -> None:
