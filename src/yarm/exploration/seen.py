@@ -15,8 +15,8 @@ from yarm.robots import turtlebot
 EDGE_M = 0.05
 """Of the squares: small enough that one under the robot's edge hides no brick beside it."""
 NOTHING: FloatArray = np.zeros((0, 2))
-THING_M = 0.05
-"""Width of a known thing: a cell of the map."""
+THING_M = 0.15
+"""Width of a known thing: a cell of the map and one on each side, as only the edges towards the camera are known."""
 PASSED_OVER_M = 0.15
 """A scan that goes on for more than this behind a thing has passed over it."""
 
