@@ -18,7 +18,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Float32MultiArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from yarm.msg import TagVerdict
+from yarm.msg import InspectionStatus, TagVerdict
 from yarm.srv import AddTag, LoadTags, RemoveTag
 
 from yarm.ros.common.start import init_node
@@ -44,6 +44,7 @@ class RecogniserTest(unittest.TestCase):
         cls.heard = {"verdict": [], "objects": [], "image": [], "diagnostics": []}
         cls.clock = rospy.Publisher("/clock", Clock, queue_size=10)
         cls.camera = rospy.Publisher("webcam", Image, queue_size=10)
+        cls.status = rospy.Publisher("inspector/status", InspectionStatus, queue_size=1, latch=True)
         topics = (
             ("verdict", "tag_recogniser/verdict", TagVerdict),
             ("objects", "objects", Float32MultiArray),
@@ -111,6 +112,12 @@ class RecogniserTest(unittest.TestCase):
         self.assertTrue(self.until(lambda: bool(self.heard["image"]), lambda: picture_message(shown(TAGS[7]))))
         drawn = self.heard["image"][-1]
         self.assertEqual((drawn.encoding, drawn.width, drawn.height), ("bgr8", 640, 480))
+
+    def test_1a_the_box_is_the_one_that_a_round_looks_at(self):
+        show = lambda: picture_message(shown(TAGS[7]))  # noqa: E731
+        for stage, box, told in (("look", 4, 4), ("drive", 4, 0), ("look", 2, 2), ("done", 0, 0)):
+            self.status.publish(InspectionStatus(stage=stage, box=box))
+            self.assertEqual(self.expect(show, lambda v, told=told: v.tag == 7 and v.box == told).box, told)
 
     def test_2_tags_come_and_go(self):
         answer = self.services["remove_tag"](7)

@@ -17,7 +17,7 @@ TOPICS: Tuple[Topic, ...] = (
         names.inspector("status"),
         "yarm/InspectionStatus",
         INSPECTOR,
-        f"{names.GATE_NODE}, experiments, people",
+        f"{names.GATE_NODE}, {RECOGNISER}, experiments, people",
         "10 Hz",
         names.MAP_FRAME,
         True,
@@ -61,7 +61,7 @@ TOPICS: Tuple[Topic, ...] = (
         "people",
         "5 Hz while somebody listens",
         names.RGB_FRAME,
-        meaning="what a picture shows of which nothing else is known",
+        meaning="what a picture shows of which nothing else is known but the box that a round is looking at",
     ),
     Topic(
         names.OBJECTS,

@@ -15,7 +15,8 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32MultiArray
 
-from yarm.msg import TagVerdict
+from yarm.inspection.model import Stage
+from yarm.msg import InspectionStatus, TagVerdict
 from yarm.params import ParamError
 from yarm.ros.common import names
 from yarm.ros.common.clock import ClockWatch
@@ -66,6 +67,7 @@ class TagRecogniserNode:
         self._watch = PictureWatch()
         self._due_s = 0.0
         self._last: Optional[FreeLook] = None
+        self._box = 0
         self._verdict = rospy.Publisher("~verdict", TagVerdict, queue_size=10)
         self._objects = rospy.Publisher(names.OBJECTS, Float32MultiArray, queue_size=10)
         self._image = rospy.Publisher("~image", Image, queue_size=2)
@@ -80,6 +82,7 @@ class TagRecogniserNode:
         self._subscriber = rospy.Subscriber(
             names.RGB_IMAGE, Image, self._on_image, queue_size=1, buff_size=2 * IMAGE_BYTES, tcp_nodelay=True
         )
+        self._status = rospy.Subscriber(names.inspector("status"), InspectionStatus, self._on_status, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(REPORT_S), self._report, reset=True)
 
     def _on_image(self, message: Image) -> None:
@@ -95,8 +98,8 @@ class TagRecogniserNode:
                 return
             self._due_s = now_s + 1.0 / self._params.rate
             look = FreeLook(reason=fault) if fault else self._look(grey)
-            self._last = look
-        self._tell(message, grey, look)
+            self._last, box = look, self._box
+        self._tell(message, grey, look, box)
 
     def _look(self, grey: GreyImage) -> FreeLook:
         try:
@@ -104,9 +107,14 @@ class TagRecogniserNode:
         except ImageError as error:
             return FreeLook(reason=str(error))
 
-    def _tell(self, message: Image, grey: GreyImage, look: FreeLook) -> None:
+    def _on_status(self, message: InspectionStatus) -> None:
+        """A round, if there is one, knows which box the camera is pointed at."""
+        with self._lock:
+            self._box = message.box if message.stage == Stage.LOOK else 0
+
+    def _tell(self, message: Image, grey: GreyImage, look: FreeLook, box: int) -> None:
         verdict = free_verdict(look)
-        verdict.header = message.header
+        verdict.header, verdict.box = message.header, box
         self._verdict.publish(verdict)
         objects = Float32MultiArray()
         for sight in look.sights:
@@ -127,7 +135,7 @@ class TagRecogniserNode:
 
     def _on_clock_reset(self) -> None:
         with self._lock:
-            self._watch, self._due_s = PictureWatch(), 0.0
+            self._watch, self._due_s, self._box = PictureWatch(), 0.0, 0
 
     def _on_add(self, request: AddTagRequest) -> AddTagResponse:
         def add() -> str:
