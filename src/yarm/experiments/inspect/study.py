@@ -13,7 +13,7 @@ from yarm.experiments.inspect.order_figure import write_orders, write_searches
 from yarm.experiments.inspect.practice_figure import write_practice
 from yarm.experiments.inspect.rule_figures import write_angles, write_edge_cases
 from yarm.experiments.inspect.runner import parameters_of, run_round
-from yarm.experiments.inspect.trial import NUMBERS, InspectResult, InspectSpec
+from yarm.experiments.inspect.trial import KINEMATIC, NUMBERS, PHYSICS, InspectResult, InspectSpec
 from yarm.experiments.inspect.trials import FAULT_TRIALS, INSPECT_TRIALS
 from yarm.experiments.inspect.writers import run_folder, write_inspection
 from yarm.experiments.run.tables import markdown_table
@@ -42,10 +42,10 @@ PAIRED = (REPORT, OURS)
 """Controllers that are compared in every layout."""
 
 
-def specs_of(layouts: int, controllers: Sequence[str] = PAIRED) -> List[InspectSpec]:
+def specs_of(layouts: int, controllers: Sequence[str] = PAIRED, world: str = KINEMATIC) -> List[InspectSpec]:
     """Every controller in the first so many layouts, kinds alternating, paired."""
     names = [(kind, seed) for seed in range(SEEDS) for kind in KINDS][:layouts]
-    return [InspectSpec(kind, seed, controller, 0) for kind, seed in names for controller in controllers]
+    return [InspectSpec(kind, seed, controller, 0, world) for kind, seed in names for controller in controllers]
 
 
 def table(results: Sequence[InspectResult]) -> str:
@@ -55,7 +55,22 @@ def table(results: Sequence[InspectResult]) -> str:
     for result in results:
         for box, reason in result.unread if result.spec.controller == OURS else ():
             lines.append(f"\n{result.spec.key}, box {box}: {reason}")
+    lines += saved(results)
     return "\n".join(lines)
+
+
+def saved(results: Sequence[InspectResult]) -> List[str]:
+    """How much shorter our round is than the report's in the same layout, seed for seed; a line if any."""
+    ends = {(r.spec.kind, r.spec.layout, r.spec.seed, r.spec.controller): r.numbers["end_s"] for r in results}
+    shares = [
+        1.0 - end_s / ends[(*key[:3], REPORT)]
+        for key, end_s in ends.items()
+        if key[3] == OURS and (*key[:3], REPORT) in ends
+    ]
+    if not shares:
+        return []
+    median, least = 100.0 * percentile(shares, 50), 100.0 * min(shares)
+    return [f"\n{len(shares)} pairs: ours is shorter by {median:.0f} % (median), {least:.0f} % at least"]
 
 
 def _row(controller: str, group: Sequence[InspectResult]) -> List[str]:
@@ -96,6 +111,9 @@ def add_options(options: argparse.ArgumentParser) -> None:
     """Options of this part."""
     options.add_argument("--layouts", type=int, default=100, help="of the inspection study, kinds alternating")
     options.add_argument(
+        "--physics-layouts", type=int, default=100, help="of the same, those whose rounds are run in full physics too"
+    )
+    options.add_argument(
         "--fault-layouts", type=int, default=len(LAYOUTS), help="layouts in which each known fault is tried"
     )
 
@@ -107,7 +125,12 @@ def inspections(options: argparse.Namespace, folder: Path, progress: Callable[[s
         StudyError: trials failed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    texts = [rounds(options, folder, progress("inspect")), *practice(folder)]
+    kinematic, physics = specs_of(options.layouts), specs_of(options.physics_layouts, world=PHYSICS)
+    texts = [
+        rounds(options, folder, progress("inspect"), kinematic),
+        rounds(options, folder, progress("inspect, physics"), physics, "inspect_physics"),
+        *practice(folder),
+    ]
     faults = run_trials(
         FAULT_TRIALS,
         fault_specs(options.fault_layouts),
@@ -120,23 +143,32 @@ def inspections(options: argparse.Namespace, folder: Path, progress: Callable[[s
     return "\n\n".join([*texts, write_edge_cases(folder), f"figure: {write_angles(folder)}"])
 
 
-def rounds(options: argparse.Namespace, folder: Path, progress: Progress) -> str:
-    """Run the rounds in the benchmark's layouts; their table.
+def rounds(
+    options: argparse.Namespace, folder: Path, progress: Progress, specs: Sequence[InspectSpec], name: str = "inspect"
+) -> str:
+    """Run rounds in the benchmark's layouts; their table.
+
+    Args:
+        options: as parsed.
+        folder: to write to and to resume from.
+        progress: shows how far it is.
+        specs: the rounds.
+        name: of the files of rows and table.
 
     Raises:
         StudyError: trials failed.
     """
     results = run_trials(
         INSPECT_TRIALS,
-        specs_of(options.layouts),
+        specs,
         folder / "inspect_trials",
         options.scheduler,
         options.workers,
         progress,
     )
-    write_rows(results, folder / "inspect_trials.csv")
+    write_rows(results, folder / f"{name}_trials.csv")
     text = table(results)
-    (folder / "inspect_table.md").write_text(text + "\n")
+    (folder / f"{name}_table.md").write_text(text + "\n")
     return text
 
 

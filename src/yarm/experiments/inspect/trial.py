@@ -13,6 +13,7 @@ from yarm.experiments.inspect.runner import run_round
 from yarm.sim.scenes.layout import Layout
 from yarm.sim.scenes.layout_maker import make_layout
 
+KINEMATIC, PHYSICS = "kinematic", "physics"
 NUMBERS = ("right", "named_wrong", "end_s", "home_m", "home_rad", "distance_m", "bumps", "looking_s", "computing_s")
 """Figures of merit that a result keeps."""
 
@@ -26,17 +27,20 @@ class InspectSpec:
         layout: its seed.
         controller: who drives the round.
         seed: of noise and light.
+        world: KINEMATIC or PHYSICS.
     """
 
     kind: str
     layout: int
     controller: str
     seed: int
+    world: str = KINEMATIC
 
     @property
     def key(self) -> str:
         """Unique name, good for a file."""
-        return f"{self.kind}_{self.layout}-{self.controller}-{self.seed:04d}"
+        world = "" if self.world == KINEMATIC else f"{self.world}-"
+        return f"{world}{self.kind}_{self.layout}-{self.controller}-{self.seed:04d}"
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ class InspectResult:
 
 
 def run_trial(spec: InspectSpec) -> InspectResult:
-    """Run one trial."""
+    """Run one trial in the kinematic world."""
     layout = layout_of(spec.kind, spec.layout)
     return result_of(spec, layout, run_round(layout, spec.controller, spec.seed))
 

@@ -8,8 +8,8 @@ import json
 from pathlib import Path
 from typing import Dict, Tuple
 
-from yarm.experiments.inspect.study import rounds, specs_of, table, write_rows
-from yarm.experiments.inspect.trial import NUMBERS, InspectResult, InspectSpec, run_trial
+from yarm.experiments.inspect.study import rounds, saved, specs_of, table, write_rows
+from yarm.experiments.inspect.trial import NUMBERS, PHYSICS, InspectResult, InspectSpec, run_trial
 
 NUMBERS_OF_ONE: Dict[str, float] = dict.fromkeys(NUMBERS, 1.0)
 
@@ -39,6 +39,18 @@ def test_the_table_counts_rounds_and_names_what_was_not_read() -> None:
     assert "open_0-yarm-0000, box 4: in doubt" in text
 
 
+def test_physics_rounds_are_other_trials_of_the_same_layouts() -> None:
+    both = [*specs_of(4), *specs_of(4, world=PHYSICS)]
+    assert len({spec.key for spec in both}) == 16
+    assert [(s.kind, s.layout, s.controller) for s in both[:8]] == [(s.kind, s.layout, s.controller) for s in both[8:]]
+
+
+def test_what_is_saved_is_told_of_pairs_alone() -> None:
+    (line,) = saved([result("report", 10, 300.0), result("yarm", 10, 120.0)])
+    assert "1 pairs: ours is shorter by 60 % (median)" in line
+    assert saved([result("yarm", 10, 120.0)]) == []
+
+
 def test_rows_are_written(tmp_path: Path) -> None:
     write_rows([result("yarm", 10, 100.0)], tmp_path / "rows.csv")
     header, row = (tmp_path / "rows.csv").read_text().splitlines()
@@ -53,4 +65,4 @@ def test_a_trial_of_ours(tmp_path: Path) -> None:
     kept = tmp_path / "inspect_trials"
     kept.mkdir()
     options = argparse.Namespace(layouts=0, scheduler="", workers=1)
-    assert "controller" in rounds(options, tmp_path, lambda done, whole, key: None)
+    assert "controller" in rounds(options, tmp_path, lambda done, whole, key: None, [])

@@ -1,0 +1,194 @@
+"""A round in full physics without ROS: the inspector's session, move_base and the localisation, pass by pass.
+
+The parts are those of the nodes, called one after the other ten times a second, as fast as the machine can.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Optional, Sequence, Tuple
+
+from yarm.experiments.inspect.eyes import Camera, boxes_of
+from yarm.experiments.inspect.given import BY_HAND, room_map
+from yarm.experiments.inspect.pilot import Ways
+from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
+from yarm.experiments.inspect.runner import AFTER_S, DETECTOR, LIMIT_S
+from yarm.geometry import FloatArray, Pose2
+from yarm.geometry.scans import Scan
+from yarm.inspection.flow import RoundFlow
+from yarm.inspection.model import CONTROLLERS, OURS, PRINTED, Look, Outcome, Stage
+from yarm.inspection.printed_round import PrintedRound
+from yarm.inspection.readers import Reader, make_reader
+from yarm.inspection.reading import chances
+from yarm.inspection.report_round import ReportRound
+from yarm.inspection.round import Round, RoundParams
+from yarm.inspection.senses import Picture, Senses
+from yarm.inspection.session import LOOP_S, InspectionSession, SessionParams, SessionStep
+from yarm.inspection.start_place import fitted
+from yarm.navigation.bodies import with_bodies
+from yarm.navigation.costs import clearance
+from yarm.navigation.low_obstacles import low_obstacles
+from yarm.navigation.move_base import MoveBase, Observation, Status
+from yarm.navigation.move_base_params import MoveBaseParams
+from yarm.navigation.slam_native import Localiser
+from yarm.sim.engine.physics_world import PhysicsWorld
+from yarm.sim.room_robot import RoomRobot
+from yarm.sim.scenes.layout import Layout
+from yarm.tags.chance import LookChance
+from yarm.tags.pictures import shipped_pictures
+
+DRIVING = MoveBaseParams(controller_frequency=1.0 / LOOP_S, xy_goal_tolerance=0.08, yaw_goal_tolerance=0.04)
+"""As inspection.launch starts move_base."""
+OUTCOMES = {Status.SUCCEEDED: Outcome.DONE, Status.ABORTED: Outcome.FAILED}
+ENDS = (Stage.DONE, Stage.FAILED)
+
+
+class _Robot:
+    """What the nodes around the inspector do: localise, drive to goals, take pictures."""
+
+    def __init__(self, world: RoomRobot, layout: Layout, controller: str, seed: int) -> None:
+        self.world = world
+        self.ways = Ways(with_bodies(room_map(layout), [box.corners() for box in boxes_of(layout)]))
+        self._localiser = Localiser(self.ways.grid)
+        if controller != OURS:
+            self._localiser.believe(layout.arena.start.compose(BY_HAND))
+        self._base = MoveBase(DRIVING)
+        self._camera = Camera(layout, seed)
+        self._goal: Tuple[Outcome, str] = (Outcome.BUSY, "")
+
+    def observe(self, now_s: float, looking: bool) -> Senses:
+        """Everything known at a pass; a picture only for somebody who looks."""
+        odometry, scan = self.world.odometry(), self.world.scan()
+        place = self._localiser.add(odometry, scan)
+        picture = Picture(now_s, self._camera.picture(self.world.truth)) if looking else None
+        return Senses(
+            now_s,
+            scan,
+            odometry,
+            place.map_from_odom,
+            now_s,
+            place.localised,
+            place.reason,
+            picture,
+            goal=self._goal,
+        )
+
+    def act(self, seen: Senses, step: SessionStep) -> None:
+        """Do what the session says, and let a pass go by."""
+        action = step.action
+        if action.cancel:
+            self._base.cancel()
+        if action.clear:
+            self._base.clear_costmaps()
+        if action.goal is not None:
+            self._base.go(action.goal, seen.now_s)
+            self._goal = (Outcome.BUSY, "")
+        moved = self._base.step(
+            Observation(
+                seen.now_s,
+                seen.pose,
+                seen.place_fault,
+                seen.scan,
+                seen.pose,
+                self.ways.grid,
+                bumps=self.world.take_bumps(),
+            )
+        )
+        if moved.status in OUTCOMES:
+            self._goal = (OUTCOMES[moved.status], moved.reason)
+        if action.turn_radps is not None:
+            self.world.step(0.0, action.turn_radps, LOOP_S)
+        elif moved.drive is not None:
+            self.world.step(moved.drive.v_mps, moved.drive.w_radps, LOOP_S)
+        else:
+            self.world.step(0.0, 0.0, LOOP_S)
+
+    def plannable(self, start: Pose2, goal: Pose2) -> bool:
+        """Whether there is a way from a pose to another."""
+        return not self._base.make_plan(start, goal).reason
+
+    def lengths(self, start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
+        """(n,) metres to each goal; inf without a way."""
+        return self.ways.lengths(start, goals)
+
+    def gap(self, x: float, y: float) -> float:
+        """From a point to the nearest body, metres; 0 outside the map."""
+        grid = self.ways.grid
+        cell = grid.cell_of(x, y)
+        return float(clearance(grid)[cell]) if grid.inside(*cell) else 0.0
+
+    def fitted(self, guess: Pose2, scan: Scan) -> Pose2:
+        """The pose near a guess from which a scan fits the map best."""
+        return fitted(guess, scan, self.ways.grid)
+
+
+def run_physics_round(layout: Layout, controller: str, seed: int) -> RoundRecord:
+    """One round in a layout in full physics, from an unknown place (ours) or one that is given by hand.
+
+    Args:
+        layout: boxes and tags.
+        controller: one of CONTROLLERS.
+        seed: of noise and light.
+
+    Raises:
+        ValueError: no such controller.
+        SlamError: the localisation's library is not built.
+    """
+    if controller not in CONTROLLERS:
+        raise ValueError(f"controller {controller!r} is not known; known: {', '.join(CONTROLLERS)}")
+    with PhysicsWorld(layout.arena, seed, low_obstacles) as world:
+        return _run(world, layout, controller, seed)
+
+
+def _run(world: RoomRobot, layout: Layout, controller: str, seed: int) -> RoundRecord:
+    robot, recorder = _Robot(world, layout, controller, seed), RoundRecorder()
+    params = SessionParams(LIMIT_S, RoundParams().turn_rate, autostart=True)
+    session = InspectionSession(params, lambda: _made(robot, layout, controller), robot.fitted)
+    looking, passes, computing_s = False, 0, 0.0
+    last: Optional[SessionStep] = None
+    while passes * LOOP_S < LIMIT_S + AFTER_S:
+        seen = robot.observe(round(passes * LOOP_S, 6), looking)
+        began = time.process_time()
+        last = session.step(seen)
+        computing_s += time.process_time() - began
+        _note(recorder, world, seen, last, controller)
+        if last.step is not None and last.step.stage in ENDS:
+            break
+        looking = last.step is not None and isinstance(last.step.order, Look)
+        robot.act(seen, last)
+        passes += 1
+    assert last is not None
+    for touch in world.touches:
+        recorder.touched(TouchRow(touch.t_s, touch.block, touch.x, touch.y))
+    ended = last.step.stage if last.step is not None else Stage.FAILED
+    return recorder.finish(
+        RoundInfo(layout.arena.name, controller, seed, "physics", LIMIT_S, DETECTOR),
+        (last.elapsed_s, ended, last.reason),
+        tuple(boxes_of(layout)),
+        dict(enumerate(layout.tags, start=1)),
+        session.verdicts,
+        computing_s,
+    )
+
+
+def _made(robot: _Robot, layout: Layout, controller: str) -> Tuple[RoundFlow, Reader]:
+    """The round of a controller, and who reads for it."""
+    boxes = boxes_of(layout)
+    reader = make_reader(controller, boxes, shipped_pictures())
+    if controller == OURS:
+        return Round(boxes, robot.lengths, chances(boxes, LookChance())), reader
+    if controller == PRINTED:
+        return PrintedRound(boxes, robot.plannable), reader
+    return ReportRound(boxes, robot.plannable, robot.gap), reader
+
+
+def _note(recorder: RoundRecorder, world: RoomRobot, seen: Senses, made: SessionStep, controller: str) -> None:
+    """One pass of the round."""
+    if made.step is None or made.observation is None:
+        return
+    observation, read = made.observation, made.action.read
+    recorder.stepped(made.elapsed_s, replace(made.step, events=made.events), observation.outcome, observation.reason)
+    recorder.passed(made.elapsed_s, world.truth, seen.pose)
+    if read is not None:
+        recorder.looked(LookRecord.of(made.elapsed_s, read, controller == PRINTED))
