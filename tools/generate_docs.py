@@ -62,6 +62,8 @@ def api_page() -> str:
     """docs/ros_api.md."""
     intro = (DOCS / "ros_api_intro.md").read_text()
     lines = ["## The cell", "", *api.markdown(api.TOPICS, api.SERVICES, api.ACTIONS)]
+    lines += ["", "## Mobile robots with a hand", "", "With `hands:=true` of simulation.launch.", ""]
+    lines += api.markdown(api.HAND_TOPICS, api.HAND_SERVICES)
     lines += ["", "## A room that is explored", "", *api.markdown(api_rooms.TOPICS, api_rooms.SERVICES)]
     lines += ["", "## The explorer", ""]
     lines += [

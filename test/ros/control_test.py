@@ -128,6 +128,8 @@ class ControlTest(unittest.TestCase):
         self.assertIn("nan", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
         self.clients["ankurbot_1"].send_goal(MoveRobotGoal(action="False"))
         self.assertIn("length 1", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
+        self.clients["ankurbot_1"].send_goal(goal(Pose2(0, 0), "PICK debris_1"))
+        self.assertIn("ankurbot_1 has no hand", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
 
     def test_4_cancel_stops_within_half_a_second(self) -> None:
         client = self.send("ankurbot_1", Pose2(0.2, 2.4, 2.5))

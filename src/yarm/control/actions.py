@@ -6,17 +6,24 @@ from enum import Enum
 
 
 class MobileAction(Enum):
-    """Actions of a mobile robot; whatever is not CALIBRATE is a pose goal."""
+    """Actions of a mobile robot; whatever is none of these is a pose goal."""
 
     CALIBRATE = "CALIBRATION"
     ABOUT_TIP = "False"
     """To a pose, turning about the end effector."""
     ABOUT_BODY = "True"
     """To a pose, turning about the body's centre."""
+    PICK = "PICK"
+    """To a pose over a piece, and pick it up with the hand; the piece's name follows."""
+    DROP = "DROP"
+    """To a pose over a bin, and let go what the hand holds; the bin's name follows."""
 
     @staticmethod
     def of(text: str) -> MobileAction:
-        """What an ``action`` field means: "True" in any case, CALIBRATION, and ABOUT_TIP for anything else."""
+        """What an ``action`` field means; anything that is no word of an action means ABOUT_TIP."""
+        word = text.split(" ", 1)[0]
+        if word in (MobileAction.PICK.value, MobileAction.DROP.value):
+            return MobileAction(word)
         if text == MobileAction.CALIBRATE.value:
             return MobileAction.CALIBRATE
         return MobileAction.ABOUT_BODY if text in ("True", "true", "TRUE") else MobileAction.ABOUT_TIP

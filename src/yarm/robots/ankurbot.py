@@ -41,6 +41,10 @@ ARM_REACH_M = 1.30
 """End effector ahead of the body's centre, metres."""
 EE_HEIGHT_M = 0.89
 """End effector over the floor, metres."""
+LIFT_JOINT = "lift_joint"
+"""The lift of a hand in the robot's description and joint states, metres down."""
+HAND_STROKE_M = 0.20
+"""How far a hand's lift goes down from drawn up, metres."""
 BODY_RADIUS_M = 0.35
 WHEEL_RADIUS_M = 0.05
 HALF_WHEEL_BASE_M = 0.15

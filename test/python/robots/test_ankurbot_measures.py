@@ -19,6 +19,7 @@ from yarm.robots.ankurbot import (
     CASTER_XY_M,
     CASTERS,
     EE_HEIGHT_M,
+    HAND_STROKE_M,
     WHEEL_RADIUS_M,
 )
 
@@ -32,6 +33,11 @@ def test_reach_height_and_radius(model: UrdfModel) -> None:
     assert model.rigid_group("ee")[1][:3, 3] == pytest.approx([ARM_REACH_M, 0.0, EE_HEIGHT_M])
     body = next(solid for solid in model.solids if solid.link == "base_link")
     assert body.half_extent[0] == pytest.approx(BODY_RADIUS_M)
+
+
+def test_the_hands_stroke() -> None:
+    model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand="true"))
+    assert model.joints["lift_joint"].upper == pytest.approx(HAND_STROKE_M)
 
 
 def test_casters_and_wheels(model: UrdfModel) -> None:

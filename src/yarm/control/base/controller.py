@@ -42,10 +42,11 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class BaseGoal:
-    """Pose wanted of the end effector (world) and the point to turn about."""
+    """Pose wanted of the end effector (world), the point to turn about, and how near, metres (None: by the params)."""
 
     target: Pose2
     about_body: bool = False
+    tolerance_m: Optional[float] = None
 
 
 @dataclass(frozen=True)
@@ -197,12 +198,12 @@ class BaseController:
         assert self._goal is not None
         target, params = self._goal.target, self._params
         if self._line_start is None:
-            if pose.distance(target) <= 0.6 * params.position_tolerance_m:
+            if pose.distance(target) <= 0.6 * self._tolerance_m:
                 self._enter(Stage.LAST_TURN)
                 return None
             self._start_line(pose, casters)
         along, across, line_rad = self._on_line(pose)
-        if along <= 0.2 * params.position_tolerance_m or abs(self._yaw_left(pose)) > math.radians(params.yaw_drift_deg):
+        if along <= 0.2 * self._tolerance_m or abs(self._yaw_left(pose)) > math.radians(params.yaw_drift_deg):
             if self._speed != 0.0:
                 return self._start_braking(pose, stamp_s, dt_s)
             self._enter(Stage.LAST_TURN)
@@ -274,17 +275,22 @@ class BaseController:
         assert self._goal is not None
         params = self._params
         left, turn = pose.distance(self._goal.target), math.degrees(self._yaw_left(pose))
-        if left <= params.position_tolerance_m and abs(turn) <= params.yaw_tolerance_deg:
+        if left <= self._tolerance_m and abs(turn) <= params.yaw_tolerance_deg:
             return self._finish(Outcome.SUCCEEDED, f"reached; {left:.3f} m and {turn:.2f} deg left")
         self._attempts += 1
         if self._attempts >= params.attempts:
             return self._finish(
                 Outcome.ABORTED,
                 f"not reached in {params.attempts} attempts: {left:.3f} m and {turn:.2f} deg left, allowed "
-                f"{params.position_tolerance_m:g} m and {params.yaw_tolerance_deg:g} deg; do the wheels slip?",
+                f"{self._tolerance_m:g} m and {params.yaw_tolerance_deg:g} deg; do the wheels slip?",
             )
         self._enter(Stage.TRANSLATION)
         return None
+
+    @property
+    def _tolerance_m(self) -> float:
+        wanted = self._goal.tolerance_m if self._goal is not None else None
+        return self._params.position_tolerance_m if wanted is None else wanted
 
     def _yaw_left(self, pose: Pose2) -> float:
         assert self._goal is not None

@@ -320,6 +320,34 @@ ACTIONS: Tuple[Service, ...] = (
     Service(names.move_robot("{arm}"), "yarm/MoveRobot", CONTROLS, "CALIBRATION, ON, OFF, CLEANUP of an arm"),
 )
 
+HAND_TOPICS: Tuple[Topic, ...] = (
+    Topic(
+        names.lift_command("{robot}"),
+        "std_msgs/Float64",
+        "people",
+        SIM,
+        "on change",
+        queue=10,
+        meaning="how far the hand goes down from drawn up, m; joint lift_joint of joint_states is how far it is",
+    ),
+    Topic(
+        names.gripper("{robot}", "grasping"),
+        "std_msgs/Bool",
+        SIM,
+        "people",
+        "on change",
+        latched=True,
+        queue=10,
+        meaning="something hangs on the cup",
+    ),
+)
+"""Of mobile robots with a hand, besides the cell's."""
+
+HAND_SERVICES: Tuple[Service, ...] = (
+    Service(names.gripper("{robot}", "on"), "std_srvs/Empty", SIM, "suction on: the cup takes what it presses on"),
+    Service(names.gripper("{robot}", "off"), "std_srvs/Empty", SIM, "suction off: the cup lets go"),
+)
+
 
 def markdown(topics: Sequence[Topic], services: Sequence[Service], actions: Sequence[Service] = ()) -> List[str]:
     """The tables of docs/ros_api.md for one system, line by line."""

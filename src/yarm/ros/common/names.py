@@ -157,6 +157,16 @@ def caster_state(robot: str, caster: str) -> str:
     return f"{robot}/{caster}_position_controller/state"
 
 
+def gripper(robot: str, name: str) -> str:
+    """Of a mobile robot's hand: services on and off, topic grasping."""
+    return f"{robot}/gripper/{name}"
+
+
+def lift_command(robot: str) -> str:
+    """Commanded way of a mobile robot's hand down from drawn up, metres."""
+    return f"{robot}/lift_command"
+
+
 def move_robot(robot: str) -> str:
     """Action of one robot."""
     return f"{robot}/move_robot"

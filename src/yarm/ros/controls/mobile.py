@@ -1,4 +1,4 @@
-"""A mobile robot of the controls server: pose goals and CALIBRATION."""
+"""A mobile robot of the controls server: pose goals, CALIBRATION, and PICK and DROP with a hand."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ from yarm.geometry.grid import GridSpec
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.poses import Pose2, yaw_of_quaternion
 from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject
+from yarm.robots.ankurbot import LIFT_JOINT
 from yarm.ros.common import names
 from yarm.ros.common.checks import Doorkeeper, joints_fault, present_s
 from yarm.ros.common.solids import solids_of
+from yarm.ros.controls.hand import Hand
 from yarm.ros.controls.params import ControlsServerParams
 from yarm.ros.controls.robots import End, Outbox, RobotUnit, SeedPose
 
 REGISTRY_WAIT_S = 3.0
 RESEND_S = 0.5
 CASTER_CHANGE_RAD = 1e-4
+HAND_ACTIONS = (MobileAction.PICK, MobileAction.DROP)
 
 
 class MobileUnit(RobotUnit):
@@ -56,6 +59,8 @@ class MobileUnit(RobotUnit):
         self._controller = BaseController(params)
         self._calibration_s: Optional[float] = None
         self._calibrating = False
+        self._hand: Optional[Hand] = None
+        self._hand_action: Optional[MobileAction] = None
         self._casters: Optional[Casters] = None
         self._casters_s = -math.inf
         self._sent: Tuple[Optional[Casters], float] = (None, 0.0)
@@ -79,6 +84,8 @@ class MobileUnit(RobotUnit):
         norm = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
         if not all(math.isfinite(v) for v in values) or abs(norm - 1.0) > 0.01:
             return f"target {values} must be finite, with a quaternion of length 1 (it is {norm:.3f})"
+        if MobileAction.of(goal.action) in HAND_ACTIONS and (self._hand is None or not self._hand.known):
+            return f"{goal.action}: {self._name} has no hand, or nobody moves it ({names.lift_command(self._name)})"
         return ""
 
     def drives(self, goal: MoveRobotGoal) -> bool:
@@ -86,16 +93,22 @@ class MobileUnit(RobotUnit):
         return MobileAction.of(goal.action) is not MobileAction.CALIBRATE
 
     def start(self, goal: MoveRobotGoal) -> None:
-        """Calibrate, or drive to the target."""
+        """Calibrate, or drive to the target; over it the hand may have work."""
+        action = MobileAction.of(goal.action)
         self._calibrating = not self.drives(goal)
         self._calibration_s = None
+        self._hand_action = action if action in HAND_ACTIONS else None
         if not self._calibrating:
-            about_body = MobileAction.of(goal.action) is MobileAction.ABOUT_BODY
-            self._controller.start(BaseGoal(target_pose(goal.target), about_body))
+            near_m = self._params.hand_tolerance_m if self._hand_action is not None else None
+            about_body = action is MobileAction.ABOUT_BODY
+            self._controller.start(BaseGoal(target_pose(goal.target), about_body, near_m))
 
     def cancel(self, reason: str) -> None:
-        """Zero velocity at once."""
+        """Zero velocity at once; a hand is drawn up."""
         self._calibrating = False
+        self._hand_action = None
+        if self._hand is not None:
+            self._hand.stop()
         self._send(self._controller.stop(reason), self._sent[1])
 
     def tick(self, pose: SeedPose, now_s: float) -> Optional[End]:
@@ -103,17 +116,9 @@ class MobileUnit(RobotUnit):
         planar = Pose2(float(pose.position[0]), float(pose.position[1]), yaw_of_quaternion(pose.quaternion))
         if self._calibrating:
             return self._calibrate(now_s)
-        was_active = self._controller.active
-        if was_active and self._casters is None:
-            return self._without_casters(now_s)
-        command = self._controller.step(planar, self._casters or (0.0, 0.0, 0.0, 0.0), pose.stamp_s)
-        self._note_velocity(pose.stamp_s)
-        if not was_active:
-            return None
-        self._send(command, now_s)
-        if command.outcome is Outcome.ACTIVE:
-            return None
-        return command.outcome, command.reason
+        if self._hand is not None and self._hand.active:
+            return self._hand.tick(now_s)
+        return self._drive(planar, pose.stamp_s, now_s)
 
     def hold(self) -> None:
         """Zero velocity; the goal goes on with the next pose."""
@@ -132,6 +137,9 @@ class MobileUnit(RobotUnit):
     def reset(self) -> None:
         """Forget goal, stamps and counts."""
         self._calibrating = False
+        self._hand_action = None
+        if self._hand is not None:
+            self._hand.reset()
         self._controller.reset()
         self._casters, self._casters_s = None, -math.inf
         self._sent, self._velocity_s = (None, 0.0), 0.0
@@ -140,12 +148,31 @@ class MobileUnit(RobotUnit):
     def close(self) -> None:
         """Withdraw all topics."""
         self._joints.unregister()
+        if self._hand is not None:
+            self._hand.close()
         self._outbox.close()
 
     @property
     def simulator_commands(self) -> int:
         """Messages sent to the simulator so far."""
         return self._outbox.sent
+
+    def _drive(self, planar: Pose2, stamp_s: float, now_s: float) -> Optional[End]:
+        """One step of the base; where it has arrived, the hand begins."""
+        was_active = self._controller.active
+        if was_active and self._casters is None:
+            return self._without_casters(now_s)
+        command = self._controller.step(planar, self._casters or (0.0, 0.0, 0.0, 0.0), stamp_s)
+        self._note_velocity(stamp_s)
+        if not was_active:
+            return None
+        self._send(command, now_s)
+        if command.outcome is Outcome.ACTIVE:
+            return None
+        action, self._hand_action = self._hand_action, None
+        if command.outcome is Outcome.SUCCEEDED and action is not None and self._hand is not None:
+            return self._hand.start(action, now_s)
+        return command.outcome, command.reason
 
     def _calibrate(self, now_s: float) -> Optional[End]:
         if self._calibration_s is None:
@@ -179,8 +206,16 @@ class MobileUnit(RobotUnit):
         except KeyError as missing:
             rospy.logerr_throttle(10.0, f"{names.joint_states(self._name)} lacks {missing}: {list(message.name)}")
             return
+        if LIFT_JOINT in angles:
+            self._note_hand(angles[LIFT_JOINT], dict(zip(message.name, message.velocity)).get(LIFT_JOINT, 0.0))
         self._casters, self._casters_s = (fl, fr, rl, rr), message.header.stamp.to_sec()
         self._wake()
+
+    def _note_hand(self, lift_m: float, speed_mps: float) -> None:
+        """Take in the lift of a hand; the first word of it is how the robot is known to have one."""
+        if self._hand is None:
+            self._hand = Hand(self._name, self._params, self._outbox, self._wake)
+        self._hand.note_joint(lift_m, speed_mps)
 
     def _send(self, command: BaseCommand, now_s: float) -> None:
         last, last_s = self._sent

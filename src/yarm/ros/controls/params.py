@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from yarm.control.base.params import BaseParams
+from yarm.control.hand import HandParams
 from yarm.params import ParamError, param
 from yarm.robots.hc10 import PRIVATE_AREA, area_text, parse_area
 from yarm.safety.params import GuardParams
 
 
 @dataclass(frozen=True)
-class ControlsServerParams(BaseParams, GuardParams):
+class ControlsServerParams(BaseParams, HandParams, GuardParams):
     """What ``config/cell/multi_robot_controls_server.yaml`` holds."""
 
     stale_s: float = param(1.0, "s", "a robot whose pose is older than this is stopped and its goal aborted", 0.1, 10.0)

@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, Float64
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from trajectory_msgs.msg import JointTrajectory
 
 from yarm.commander.events import TaskState
@@ -17,9 +18,11 @@ from yarm.msg import CommanderStatus, StepAck
 from yarm.ros.common import names
 from yarm.ros.simulation.loop import Jobs
 from yarm.sim.engine.world import SimWorld, SpawnError
+from yarm.sim.robots.hand import SuctionHand
 from yarm.srv import SpawnObstacles, SpawnObstaclesResponse
 
 SERVICE_TIMEOUT_S = 30.0
+UNANSWERED = f"the simulation did not answer within {SERVICE_TIMEOUT_S:.0f} s"
 HEADING_STATES = tuple(
     state.value for state in (TaskState.ASSIGNED, TaskState.MOVING, TaskState.REACHED, TaskState.BACKING_OUT)
 )
@@ -51,6 +54,11 @@ class Inbox(Jobs):
             rospy.Service(names.SPAWN_OBSTACLES, SpawnObstacles, partial(self._serve, spawn)),
             rospy.Service(names.DELETE_OBSTACLES, SpawnObstacles, partial(self._serve, lambda r: delete(r.name))),
         ]
+        for robot, hand in world.hands.items():
+            for name, switch in (("on", hand.on), ("off", hand.off)):
+                self._services.append(
+                    rospy.Service(names.gripper(robot, name), Empty, partial(self._serve_switch, switch))
+                )
 
     def stop_the_silent(self, timeout_s: float) -> None:
         """Stop each robot that was told to move and then nothing for so long, s of simulated time; 0 for never."""
@@ -70,6 +78,9 @@ class Inbox(Jobs):
                 rospy.Subscriber(
                     topic, Float64, partial(self._on_caster, robot, caster), queue_size=10, tcp_nodelay=True
                 )
+        for robot, hand in self._world.hands.items():
+            topic = names.lift_command(robot)
+            rospy.Subscriber(topic, Float64, partial(self._on_lift, topic, hand), queue_size=10, tcp_nodelay=True)
         for arm in self._world.arms:
             topic = names.joint_path_command(arm)
             rospy.Subscriber(topic, JointTrajectory, partial(self._on_path, arm), queue_size=10, tcp_nodelay=True)
@@ -96,6 +107,13 @@ class Inbox(Jobs):
 
         self.command(names.caster_command(robot, caster), message, apply)
 
+    def _on_lift(self, topic: str, hand: SuctionHand, message: Float64) -> None:
+        def apply() -> str:
+            hand.lift_to(message.data)
+            return ""
+
+        self.command(topic, message, apply)
+
     def _on_path(self, arm: str, message: JointTrajectory) -> None:
         def apply() -> str:
             points = [point.positions for point in message.points]
@@ -119,9 +137,26 @@ class Inbox(Jobs):
         _, secs, nsecs = struct.unpack_from("<III", message._buff)
         self.put(lambda: setattr(self, "metadata_ns", secs * 1_000_000_000 + nsecs))
 
+    def _serve_switch(self, switch: Callable[[], None], _: EmptyRequest) -> EmptyResponse:
+        """Do it between two ticks, and answer when it is done.
+
+        Raises:
+            rospy.ServiceException: the simulation is too busy.
+        """
+        done = threading.Event()
+
+        def job() -> None:
+            switch()
+            done.set()
+
+        self.put(job)
+        if not done.wait(SERVICE_TIMEOUT_S):
+            raise rospy.ServiceException(UNANSWERED)
+        return EmptyResponse()
+
     def _serve(self, work: Callable[[Any], str], request: Any) -> SpawnObstaclesResponse:
         done = threading.Event()
-        answer = SpawnObstaclesResponse(False, f"the simulation did not answer within {SERVICE_TIMEOUT_S:.0f} s")
+        answer = SpawnObstaclesResponse(False, UNANSWERED)
 
         def job() -> None:
             try:

@@ -66,7 +66,7 @@ class SimulationNode:
         self._params = params
         self._stop = stop
         scene = load_scene(params.scene, params.seed if params.vary else -1)
-        self._world = SimWorld(scene, params, gui=params.gui)
+        self._world = SimWorld(scene, params, gui=params.gui, hands=params.hands)
         rays = best_rays()
         if isinstance(rays, EmbreeRays):
             rospy.logwarn("the C++ ray caster is not built: Embree stands in, and cameras are ten times slower")

@@ -10,6 +10,7 @@ import rospy
 from geometry_msgs.msg import Point, Pose, TransformStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from yarm.geometry import FloatArray
@@ -63,6 +64,11 @@ class Outbox:
         self._wrist_cloud = {
             arm: RawCloud(names.wrist_optical_frame(arm), WRIST.height, WRIST.width, 16) for arm in world.arms
         }
+        self._grasping = {
+            robot: rospy.Publisher(names.gripper(robot, "grasping"), Bool, queue_size=10, latch=True)
+            for robot in world.hands
+        }
+        self._told_grasping: Dict[str, bool] = {}
         self._transforms = RawTransforms(())
 
     def wrist_wanted(self, arm: str) -> bool:
@@ -98,6 +104,10 @@ class Outbox:
                 message.header.stamp = stamp
                 message.name, message.position, message.velocity = robot.joint_readings()
                 self._joints[name].publish(message)
+        for name, hand in self._world.hands.items():
+            if self._told_grasping.get(name) is not hand.grasping:
+                self._told_grasping[name] = hand.grasping
+                self._grasping[name].publish(Bool(hand.grasping))
         for name in self._world.robots:
             if any(p.get_num_connections() for p in self._casters[name]):
                 self._caster_states(name, stamp)

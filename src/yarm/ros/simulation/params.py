@@ -18,6 +18,7 @@ class SimulationParams(WorldParams):
         -1, "", "seed of the layout and of the depth noise; -1 takes the scene's own", low=-1, high=2**31 - 1
     )
     vary: bool = param(True, "", "a seed other than the scene's own changes its layout where the scene says how")
+    hands: bool = param(False, "", "the mobile robots carry a hand: a lift with a suction cup at the arm's tip")
     depth_noise: bool = param(True, "", "Kinect-like noise on the depth cameras")
     real_time_factor: float = param(
         1.0, "", "greatest simulated seconds per second; 0 as fast as possible", low=0, high=100

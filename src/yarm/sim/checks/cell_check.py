@@ -126,7 +126,7 @@ class _Checker:
         self._world = world
         self._spec = GridSpec()
         self._goals = goal_points(world.scene)
-        if any(robot.hand is not None for robot in world.robots.values()):
+        if world.hands:
             self._goals += [GoalPoint(spec.name, spec.station.x, spec.station.y) for spec in world.scene.bins]
         self._options: Dict[str, List[Configuration]] = {}
         self._shape: Optional[RobotShape] = None

@@ -19,6 +19,7 @@ from yarm.sim.engine.contacts import FLOOR, Contact, ContactLog
 from yarm.sim.engine.things import SpawnError, fixture_body, thing_body
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.arm import Arm
+from yarm.sim.robots.hand import SuctionHand
 from yarm.sim.scenes.events import PUSH_SPEED_MPS
 from yarm.sim.scenes.scene import Scene
 from yarm.sim.scenes.specs import ThingSpec
@@ -126,6 +127,11 @@ class SimWorld:
         return self._client
 
     @property
+    def hands(self) -> Dict[str, SuctionHand]:
+        """The hand of each mobile robot that has one."""
+        return {name: robot.hand for name, robot in self.robots.items() if robot.hand is not None}
+
+    @property
     def time_ns(self) -> int:
         """Simulated time, nanoseconds."""
         return self.steps * 1_000_000_000 // STEPS_PER_SECOND
@@ -196,7 +202,7 @@ class SimWorld:
         """
         uid = self.bodies[name].uids[0]
         velocity, _ = pybullet.getBaseVelocity(uid, physicsClientId=self._client)
-        held = any(robot.hand is not None and robot.hand.held_uid == uid for robot in self.robots.values())
+        held = any(hand.held_uid == uid for hand in self.hands.values())
         if held or float(np.linalg.norm(velocity)) >= AT_REST_MPS:
             return ""
         middle = self._root_pose(uid)[:, 3]
@@ -234,9 +240,9 @@ class SimWorld:
         if body is None or not self._deletable(body):
             why = "nobody of that name is in the cell" if body is None else f"a {body.kind} of the cell stays"
             raise SpawnError(f"cannot delete {name!r}: {why}; deletable: {', '.join(deletable) or 'nothing'}")
-        for robot in self.robots.values():
-            if robot.hand is not None and robot.hand.held_uid in body.uids:
-                robot.hand.off()
+        for hand in self.hands.values():
+            if hand.held_uid in body.uids:
+                hand.off()
         for uid in body.uids:
             self.contacts.forget(uid)
             pybullet.removeBody(uid, physicsClientId=self._client)

@@ -12,7 +12,7 @@ import pybullet
 from yarm.geometry import FloatArray, transform_matrix, wrap_angle
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.urdf import UrdfModel
-from yarm.robots.ankurbot import CASTERS, WHEEL_RADIUS_M
+from yarm.robots.ankurbot import CASTERS, LIFT_JOINT, WHEEL_RADIUS_M
 from yarm.sim.engine.bodies import Body, FramedSolid, com_offset, description, link_names, load_urdf
 from yarm.sim.robots.drive import wheel_speeds
 from yarm.sim.robots.errors import CommandError
@@ -121,10 +121,13 @@ class Ankurbot:
         return [CasterReading(float(goal), s[0], s[1], s[3]) for goal, s in zip(self._set_points, states)]
 
     def joint_readings(self) -> Tuple[List[str], List[float], List[float]]:
-        """Names, positions (rad, wheels wrapped) and speeds (rad/s) of casters and wheels."""
+        """Names, positions (rad, wheels wrapped), speeds (rad/s) of casters, wheels and a hand's lift (m, m/s)."""
         states = pybullet.getJointStates(self.uid, self._casters + self._wheel_joints, physicsClientId=self._client)
         names = [f"{c}_caster_joint" for c in CASTERS] + [f"{c}_wheel_joint" for c in CASTERS]
-        return names, [wrap_angle(state[0]) for state in states], [state[1] for state in states]
+        positions, speeds = [wrap_angle(state[0]) for state in states], [state[1] for state in states]
+        if self.hand is None:
+            return names, positions, speeds
+        return [*names, LIFT_JOINT], [*positions, self.hand.lift_m], [*speeds, self.hand.lift_speed_mps]
 
     def transforms(self) -> Dict[str, FloatArray]:
         """T_world_frame (4, 4) of its frames."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import List
+from typing import List, Tuple
 
 import numpy as np
 import pybullet
 
 from yarm.geometry.urdf import UrdfModel
+from yarm.robots.ankurbot import LIFT_JOINT
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.suction import HOLDING_N, SuctionCup
 
@@ -33,14 +34,19 @@ class SuctionHand(SuctionCup):
         """
         self._hand, self._stage = names.index("hand"), names.index("stage")
         super().__init__(client, uid, self._hand, np.eye(4), holding_n)
-        self.stroke_m = model.joints["lift_joint"].upper
+        self.stroke_m = model.joints[LIFT_JOINT].upper
         self._wanted_m = self._set_m = 0.0
         self._motors()
 
     @property
     def lift_m(self) -> float:
         """How far down the cup really is, metres."""
-        return float(pybullet.getJointState(self._uid, self._hand, physicsClientId=self._client)[0])
+        return self._lift()[0]
+
+    @property
+    def lift_speed_mps(self) -> float:
+        """How fast the cup goes down, m/s."""
+        return self._lift()[1]
 
     def lift_to(self, down_m: float) -> None:
         """Command the lift, metres down from drawn up.
@@ -59,6 +65,10 @@ class SuctionHand(SuctionCup):
             self._set_m += min(max(self._wanted_m - self._set_m, -step), step)
             self._motors()
         self.update_cup()
+
+    def _lift(self) -> Tuple[float, float]:
+        position, speed, *_ = pybullet.getJointState(self._uid, self._hand, physicsClientId=self._client)
+        return float(position), float(speed)
 
     def _motors(self) -> None:
         for link, share in ((self._hand, 1.0), (self._stage, 0.5)):
