@@ -67,8 +67,8 @@ DASK: Mapping[str, Any] = {
     "distributed.worker.profile.enabled": False,
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 1 << 27,
 }
-"""Settings of local workers. Their profiler looks at a trial a hundred times a second, and freed memory that goes back at
-once makes every larger array a matter of page faults: a pass of the explorer took twice as long."""
+"""Settings of local workers. Their profiler looks at a trial a hundred times a second, and freed memory that goes back
+at once makes every larger array a matter of page faults: a pass of the explorer took twice as long."""
 
 
 class StudyError(RuntimeError):
