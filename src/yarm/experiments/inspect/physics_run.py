@@ -38,7 +38,7 @@ from yarm.sim.scenes.layout import Layout
 from yarm.tags.chance import LookChance
 from yarm.tags.pictures import shipped_pictures
 
-DRIVING = MoveBaseParams(controller_frequency=1.0 / LOOP_S, xy_goal_tolerance=0.08, yaw_goal_tolerance=0.04)
+DRIVING = MoveBaseParams(controller_frequency=1.0 / LOOP_S, xy_goal_tolerance=0.05, yaw_goal_tolerance=0.04)
 """As inspection.launch starts move_base."""
 OUTCOMES = {Status.SUCCEEDED: Outcome.DONE, Status.ABORTED: Outcome.FAILED}
 ENDS = (Stage.DONE, Stage.FAILED)
