@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Dict, Mapping, Optional, Tuple
 
 from yarm.exploration.model import Event
@@ -87,6 +88,16 @@ class TouchRow:
         return TouchRow(touch.t_s, touch.block, low, touch.x, touch.y, touch.bearing_rad, touch.speed_mps)
 
 
+class Outcome(Enum):
+    """How an exploration ended."""
+
+    MAPPED = "mapped"
+    """The controller said that nothing is left."""
+    TIME_OVER = "time over"
+    BROKEN_OFF = "broken off"
+    """Stopped, or failed, before the time limit."""
+
+
 @dataclass(frozen=True, eq=False)
 class ExploreRecord:
     """One run.
@@ -134,6 +145,13 @@ class ExploreRecord:
     step_ms: Tuple[float, ...] = ()
     map: Optional[GridMap] = None
     world_from_map: Pose2 = IN_WORLD
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        if self.done:
+            return Outcome.MAPPED
+        return Outcome.TIME_OVER if self.end_s >= self.time_limit_s else Outcome.BROKEN_OFF
 
 
 class BehaviourClock:

@@ -86,6 +86,7 @@ def summary_of(
         "seed": record.seed,
         "mode": record.mode,
         "success": not wrong,
+        "outcome": record.outcome.value,
         "faults": wrong,
         "end_s": plain_values(record.end_s),
         "done": record.done,

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import yaml
 
 from python.experiments.explore_samples import ROOM, path_row, perfect_map, record_of
@@ -13,7 +15,7 @@ from yarm.experiments.explore.judge import Judge
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.pictures import PICTURES, plot_exploration
 from yarm.experiments.explore.record import CoverageRow, TouchRow
-from yarm.experiments.explore.writers import FILES, run_folder, success, write_exploration
+from yarm.experiments.explore.writers import FILES, run_folder, success, summary_of, write_exploration
 from yarm.exploration.model import Event
 from yarm.geometry import Pose2
 from yarm.navigation.map_file import read_map
@@ -48,6 +50,14 @@ def test_everything_of_a_run_is_written_and_read_back(tmp_path: Path) -> None:
     assert rows == [["t_s", "kind", "details"], ["0.1", "draw", "p=0.123457 n=3"], ["0.2", "done", "why=inf"]]
     with (folder / "path.csv").open() as stream:
         assert [row["true_x"] for row in csv.DictReader(stream)][:2] == ["-1", "-0.98"]
+
+
+@pytest.mark.parametrize(
+    ("done", "end_s", "outcome"), [(True, 12.0, "mapped"), (False, 60.0, "time over"), (False, 12.0, "broken off")]
+)
+def test_the_summary_says_how_it_ended(done: bool, end_s: float, outcome: str) -> None:
+    run = replace(RUN, done=done, end_s=end_s, time_limit_s=60.0)
+    assert summary_of(run, measure(run, JUDGE), {}, {})["outcome"] == outcome
 
 
 def test_a_run_that_mapped_too_little_says_so(tmp_path: Path) -> None:
