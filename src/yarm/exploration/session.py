@@ -18,9 +18,12 @@ from yarm.exploration.surroundings import Surroundings
 from yarm.exploration.watch import Complaint, SensorWatch
 from yarm.exploration.way_home import WayHome
 from yarm.geometry import Pose2
+from yarm.navigation.grid_map import GridMap
 
 OUTSIDE_S = 1.0
-"""A robot that its own map has not covered for so long is outside it, s."""
+"""A robot that is farther from its own map than it can have driven since, for so long, is outside it, s."""
+MAP_AGE_S = 10.0
+"""A map has come by then, s."""
 STARTED_M = 0.3
 """A controller that has nothing left to map before the robot has driven this far is enclosed."""
 OVER = "the time is over"
@@ -189,6 +192,7 @@ class Session:
         self._map_from_odom: Optional[Pose2] = None
         self._travelled_m, self._bumps = 0.0, 0
         self._outside_s: Optional[float] = None
+        self._map_count, self._map_came_s = -1, 0.0
         self._complaints: Tuple[Complaint, ...] = ()
         self._before_pause = State.EXPLORING
 
@@ -323,7 +327,10 @@ class Session:
 
     def _out_of_map(self, seen: Observation) -> str:
         pose, grid = seen.pose, seen.map
-        if pose is None or grid is None or grid.inside(*grid.cell_of(pose.x, pose.y)):
+        if seen.map_count != self._map_count:
+            self._map_count, self._map_came_s = seen.map_count, seen.now_s
+        since_s = min(seen.now_s - self._map_came_s, MAP_AGE_S)
+        if pose is None or grid is None or _beside(grid, pose) <= self._params.max_speed * since_s:
             self._outside_s = None
             return ""
         self._outside_s = seen.now_s if self._outside_s is None else self._outside_s
@@ -373,3 +380,10 @@ class Session:
             self._intent,
             tuple(order for order in self._saves if order is not None),
         )
+
+
+def _beside(grid: GridMap, pose: Pose2) -> float:
+    """How far a pose lies outside a map, metres; 0 inside."""
+    row, column = grid.cell_of(pose.x, pose.y)
+    rows, columns = max(-row, row - grid.rows + 1, 0), max(-column, column - grid.columns + 1, 0)
+    return math.hypot(rows, columns) * grid.resolution_m

@@ -238,6 +238,35 @@ def test_a_robot_outside_its_map_ends_with_both_places_named():
     assert "outside its map, (-3.98, -3.98) to (3.98, 3.98)" in run.steps[-1].reason
 
 
+def straight_on(run):
+    run.go(1.0)
+    run.controller.answer = Step(Command(0.3, 0.0), "forward")
+
+
+def test_a_robot_that_drives_off_its_map_waits_for_the_next_one():
+    """Maps come every 5 s, and the first may show less than is driven until the second."""
+    run = Run()
+    run.map = room(1.0)
+    straight_on(run)
+    for _ in range(4):
+        run.go(5.0)
+        assert run.steps[-1].state is State.EXPLORING, run.steps[-1].reason
+        run.map, run.count = room(2.0 * run.pose.x + 0.4), run.count + 1
+    assert run.pose.x > 5.0
+
+
+def test_a_new_map_that_does_not_show_the_robot_ends_the_run():
+    run = Run()
+    run.map = room(1.0)
+    straight_on(run)
+    run.go(5.0)
+    assert run.steps[-1].state is State.EXPLORING
+    run.count += 1
+    run.go(3.0)
+    assert run.steps[-1].state is State.FAILED
+    assert "is outside its map" in run.steps[-1].reason
+
+
 @pytest.mark.parametrize("lost", ["scan", "odometry"])
 def test_a_lost_sensor_stops_it_within_half_a_second_saves_and_goes_on(lost):
     run = Run()
