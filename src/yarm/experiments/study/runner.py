@@ -208,7 +208,10 @@ def _run_distributed(
     if not scheduler:
         importlib.import_module("dask").config.set(DASK)
         cluster = dask.LocalCluster(
-            n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, dashboard_address=":0", memory_limit=0
+            n_workers=workers or os.cpu_count() or 1,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            memory_limit=0,
         )
     client = dask.Client(scheduler or cluster)
     try:
