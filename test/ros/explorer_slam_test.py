@@ -17,8 +17,8 @@ from yarm.msg import ExplorerStatus
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.listening import ListeningTest
 from yarm.ros.common import names
+from yarm.ros.common.graph import node_pids
 from yarm.ros.common.start import init_node
-from yarm.ros.experiment.usage import node_pids
 
 STATUS = names.explorer("status")
 STILL_MPS, DRIVES_MPS = 0.005, 0.05

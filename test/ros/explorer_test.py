@@ -20,8 +20,8 @@ from support.explored_room import LIMIT_S, ExploredRoom
 from yarm.exploration.deadline import SETTLE_S
 from yarm.geometry import Pose2
 from yarm.navigation.map_file import read_map
+from yarm.ros.common.graph import node_pids
 from yarm.ros.common.start import init_node
-from yarm.ros.experiment.usage import node_pids
 from yarm.sim.scenes.arena import Arena, Block
 
 HALF_M = 2.0

@@ -19,8 +19,8 @@ from support.listening import ListeningTest
 from yarm.geometry import Pose2
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
+from yarm.ros.common.graph import node_pids
 from yarm.ros.common.start import init_node
-from yarm.ros.experiment.usage import node_pids
 
 NODE = f"/{names.INSPECTOR_NODE}"
 FAST_MPS, FAST_RADPS = 0.1, 0.2

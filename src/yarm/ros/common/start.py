@@ -1,9 +1,11 @@
-"""How every Python node begins: named, and connected to each publisher once.
+"""How every Python node begins: named, connected to each publisher once, and heard to say who can reach it.
 
 rospy connects to a publisher anew for every list of publishers that has it and is not connected yet. When two lists
 come close together, as they do when several nodes start to publish on one topic, two threads ask for the same
 connection; the second one made closes the first, and what was sent through that is lost: a goal, an acknowledgement,
 the only message of a topic that is not latched.
+
+A node obeys whoever can reach its sockets; one that is reached from other machines says so (docs/security.md).
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from typing import Any, Callable, DefaultDict, Tuple
 import rospy
 from rospy.impl.masterslave import ROSHandler
 
+from yarm.safety.listening import exposure
+
 Connect = Callable[[Any, str, str], Any]
 
 
@@ -23,6 +27,14 @@ def init_node(name: str, **options: Any) -> None:
     if not hasattr(ROSHandler._connect_topic, "one_at_a_time"):
         ROSHandler._connect_topic = one_at_a_time(ROSHandler._connect_topic)
     rospy.init_node(name, **options)
+    exposed = exposure()
+    if exposed:
+        rospy.logwarn(
+            "%s listens on %s: whoever is in that network can read and command it; set ROS_HOSTNAME=localhost before "
+            "everything that is started, or see docs/security.md",
+            name,
+            exposed,
+        )
 
 
 def one_at_a_time(connect: Connect) -> Connect:

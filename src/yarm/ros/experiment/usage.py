@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import time
-import xmlrpc.client
 from dataclasses import dataclass
-from typing import Any, Dict, List, Set, Tuple
+from typing import Dict, List, Set, Tuple
 
 import psutil
-import rosgraph
-import rospy
 
 from yarm.experiments.run.record import NodeUsage
+from yarm.ros.common.graph import node_pids
 
 MB = 1.0 / (1024.0 * 1024.0)
-CALL_LIMIT_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -82,38 +79,6 @@ class UsageMeter:
             except psutil.NoSuchProcess:
                 continue
         return readings
-
-
-def node_pids() -> Dict[str, int]:
-    """Process number of each node of the graph that answers."""
-    master = rosgraph.Master(rospy.get_name())
-    publishers, subscribers, services = master.getSystemState()
-    nodes = {node for table in (publishers, subscribers, services) for _, users in table for node in users}
-    pids = {}
-    for node in nodes:
-        pid = _pid_of(master, node)
-        if pid:
-            pids[node] = pid
-    return pids
-
-
-def _pid_of(master: rosgraph.Master, node: str) -> int:
-    try:
-        proxy = xmlrpc.client.ServerProxy(master.lookupNode(node), transport=_LimitedTransport())
-        answer: Any = proxy.getPid(rospy.get_name())
-    except (rosgraph.MasterException, OSError, xmlrpc.client.Error):
-        return 0
-    code, _, pid = answer
-    return int(pid) if code == 1 else 0
-
-
-class _LimitedTransport(xmlrpc.client.Transport):
-    """A node that does not answer must not hold up the experiment."""
-
-    def make_connection(self, host):  # type: ignore[no-untyped-def]
-        connection = super().make_connection(host)
-        connection.timeout = CALL_LIMIT_S
-        return connection
 
 
 def _title(nodes: Set[str]) -> str:
