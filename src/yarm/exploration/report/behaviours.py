@@ -21,26 +21,30 @@ BACK_RAD = math.radians(30.0)
 LEFT, RIGHT = 1, -1
 
 
-class Selection:
-    """Turns in place until there is room ahead; remembers where it did so and which way it turned."""
+class Deadline:
+    """Stands once the time is over."""
 
-    name = "selection"
+    name = "deadline"
 
-    def __init__(self, params: ReportParams, rng: np.random.Generator, events: List[Event]) -> None:
-        """Draw directions from ``rng``; write draws to ``events``."""
+    def __init__(self, limit_s: float) -> None:
+        """Stand from this long after the start."""
+        self._limit_s = limit_s
+
+    def step(self, now_s: float) -> Optional[Command]:
+        """Stand, or None while there is time left."""
+        return Command() if now_s >= self._limit_s else None
+
+
+class Direction:
+    """Which way a selection turns: drawn, but at a place remembered the other way than there."""
+
+    name = "places"
+
+    def __init__(self, params: ReportParams, rng: np.random.Generator) -> None:
+        """Draw from ``rng``."""
         self._params = params
         self._rng = rng
-        self._events = events
         self._places: List[Tuple[float, float, int]] = []
-        self._direction = 0
-        self._turned = 0.0
-        self._searching_since: Optional[float] = None
-        self._last_centre = math.inf
-
-    @property
-    def active(self) -> bool:
-        """Whether it turns now."""
-        return self._direction != 0
 
     def remembered(self, odom: Pose2) -> Optional[int]:
         """The direction taken at the first remembered place that this is; None elsewhere."""
@@ -48,17 +52,83 @@ class Selection:
         near = (way for x, y, way in self._places if abs(odom.x - x) <= size and abs(odom.y - y) <= size)
         return next(near, None)
 
+    def choose(self, odom: Pose2, store: bool) -> Tuple[int, bool]:
+        """LEFT or RIGHT, and whether the place was remembered; ``store``: remember it with this direction."""
+        before = self.remembered(odom)
+        drawn = LEFT if self._rng.random() < self._params.left_share else RIGHT
+        direction = drawn if before is None else -before
+        if store and self.name not in self._params.off:
+            self._places.append((odom.x, odom.y, direction))
+            del self._places[: -self._params.places]
+        return direction, before is not None
+
+
+class Search:
+    """After a whole turn without success: on to the next local maximum of the room ahead, for so long at most."""
+
+    name = "search"
+
+    def __init__(self, params: ReportParams) -> None:
+        """Not begun."""
+        self._params = params
+        self._since_s: Optional[float] = None
+        self._last_centre = math.inf
+
+    @property
+    def active(self) -> bool:
+        """Whether the whole turn is over."""
+        return self._since_s is not None
+
+    def begin(self, now_s: float) -> None:
+        """The whole turn is over now."""
+        self._since_s = now_s
+
+    def end(self) -> None:
+        """Another selection begins."""
+        self._since_s = None
+
+    def look(self, view: View) -> None:
+        """Note the room ahead, pass by pass."""
+        self._last_centre = view.room.centre
+
+    def found(self, view: View, roomy: bool) -> bool:
+        """Whether it is to end here; switched off it ends at once."""
+        late = self._since_s is None or view.now_s - self._since_s >= self._params.selection_limit
+        return late or self.name in self._params.off or (roomy and view.room.centre <= self._last_centre)
+
+
+class Selection:
+    """Turns in place until there is room ahead."""
+
+    name = "selection"
+
+    def __init__(self, params: ReportParams, rng: np.random.Generator, events: List[Event]) -> None:
+        """Draw directions from ``rng``; write draws to ``events``."""
+        self._params = params
+        self._events = events
+        self._ways = Direction(params, rng)
+        self._search = Search(params)
+        self._direction = 0
+        self._turned = 0.0
+
+    @property
+    def active(self) -> bool:
+        """Whether it turns now."""
+        return self._direction != 0
+
+    def remembered(self, odom: Pose2) -> bool:
+        """Whether a selection began here before."""
+        return self._ways.remembered(odom) is not None
+
     def begin(self, view: View, store: bool) -> None:
         """Choose a direction; ``store``: remember the place, as for a selection that the laser asked for."""
-        before = self.remembered(view.odom)
-        drawn = LEFT if self._rng.random() < self._params.left_share else RIGHT
-        self._direction = drawn if before is None else -before
-        self._turned, self._searching_since = 0.0, None
-        if store:
-            self._places.append((view.odom.x, view.odom.y, self._direction))
-            del self._places[: -self._params.places]
+        if self.name in self._params.off:
+            return
+        self._direction, again = self._ways.choose(view.odom, store)
+        self._turned = 0.0
+        self._search.end()
         way = "left" if self._direction == LEFT else "right"
-        self._events.append(Event(view.now_s, "draw", (("way", way), ("again", int(before is not None)))))
+        self._events.append(Event(view.now_s, "draw", (("way", way), ("again", int(again)))))
 
     def cancel(self) -> None:
         """End it, wherever it is."""
@@ -69,22 +139,21 @@ class Selection:
         if not self.active:
             return None
         self._turned += abs(view.turned_rad)
-        if self._searching_since is None and TURN_RAD - self._turned <= TURN_REST_RAD:
-            self._searching_since = view.now_s
+        if not self._search.active and TURN_RAD - self._turned <= TURN_REST_RAD:
+            self._search.begin(view.now_s)
         if self._found(view):
             self.cancel()
             return None
-        self._last_centre = view.room.centre
+        self._search.look(view)
         return Command(0.0, self._direction * self._params.selection_rate)
 
     def _found(self, view: View) -> bool:
         """Room ahead; nothing seen is none, since a wall may be too near to be seen."""
         centre = view.room.centre
         roomy = math.isfinite(centre) and centre >= self._params.selection_distance
-        if self._searching_since is None:
-            return roomy and abs(self._turned - math.pi) > BACK_RAD
-        late = view.now_s - self._searching_since >= self._params.selection_limit
-        return late or (roomy and centre <= self._last_centre)
+        if self._search.active:
+            return self._search.found(view, roomy)
+        return roomy and abs(self._turned - math.pi) > BACK_RAD
 
 
 class BumpRecovery:
@@ -202,7 +271,7 @@ class FindExit:
 
     def step(self, view: View) -> Optional[Command]:
         """Stop once at each visit to such a place."""
-        here = self._selection.remembered(view.odom) is not None
+        here = self._selection.remembered(view.odom)
         entered, self._been_here = here and not self._been_here, here
         if not entered or self._selection.active:
             return None
@@ -212,29 +281,59 @@ class FindExit:
         return Command()
 
 
-class Forward:
-    """Drives ahead, in the middle between what is left and right; stops and selects where there is no room."""
+class Stop:
+    """Stops and selects a direction where there is no room ahead."""
 
-    name = "forward"
+    name = "stop"
 
     def __init__(self, params: ReportParams, selection: Selection) -> None:
         """Without room ``selection`` begins."""
         self._params = params
         self._selection = selection
 
-    def step(self, view: View) -> Command:
-        """Drive, or stop and begin to select."""
-        params, centre = self._params, view.room.centre
-        blocked = centre < params.stop_distance or not math.isfinite(centre)
-        if blocked and "selection" not in params.off:
-            self._selection.begin(view, store=True)
-            return Command()
-        speed = params.speed if centre > params.slow_distance and not blocked else params.slow_speed
-        return Command(speed, 0.0 if "middle" in params.off else self.to_the_middle(view))
+    def step(self, view: View) -> Optional[Command]:
+        """Stop and begin to select, or None with room ahead."""
+        if has_room(view, self._params) or Selection.name in self._params.off:
+            return None
+        self._selection.begin(view, store=True)
+        return Command()
 
-    def to_the_middle(self, view: View) -> float:
-        """Turn towards the side with more room, rad/s; a strong turn becomes none, as the program has it."""
-        return to_the_middle(view.room.left, view.room.right, self._params)
+
+class KeepToMiddle:
+    """Turns towards the side with more room while it drives ahead."""
+
+    name = "middle"
+
+    def __init__(self, params: ReportParams) -> None:
+        """Turn as the parameters say."""
+        self._params = params
+
+    def turn(self, view: View) -> float:
+        """Turn, rad/s; none when it is switched off."""
+        off = self.name in self._params.off
+        return 0.0 if off else to_the_middle(view.room.left, view.room.right, self._params)
+
+
+class Forward:
+    """Drives ahead; slower near something."""
+
+    name = "forward"
+
+    def __init__(self, params: ReportParams) -> None:
+        """Keep to the middle meanwhile."""
+        self._params = params
+        self._middle = KeepToMiddle(params)
+
+    def step(self, view: View) -> Command:
+        """Drive."""
+        params = self._params
+        fast = view.room.centre > params.slow_distance and has_room(view, params)
+        return Command(params.speed if fast else params.slow_speed, self._middle.turn(view))
+
+
+def has_room(view: View, params: ReportParams) -> bool:
+    """Whether there is room ahead to drive on; nothing seen is none."""
+    return math.isfinite(view.room.centre) and view.room.centre >= params.stop_distance
 
 
 def to_the_middle(left_m: float, right_m: float, params: ReportParams) -> float:

@@ -8,18 +8,27 @@ import numpy as np
 
 from yarm.exploration.model import Command, Event, Intent, Observation, Step
 from yarm.exploration.params import ExploreParams
-from yarm.exploration.report.behaviours import BumpRecovery, FindExit, Forward, FullTurn, Selection, StuckWatch
+from yarm.exploration.report.behaviours import (
+    BumpRecovery,
+    Deadline,
+    FindExit,
+    Forward,
+    FullTurn,
+    Selection,
+    Stop,
+    StuckWatch,
+)
 from yarm.exploration.report.frontier_mode import FrontierMode
 from yarm.exploration.report.params import ReportParams
 from yarm.exploration.report.view import View, Watcher
 
 
 class ReportController:
-    """Order: deadline, bumper, stuck or full turn, pause, frontier, find exit, selection, forward."""
+    """Order: deadline, bumper, stuck or full turn, pause, frontier, find exit, selection, stop, forward."""
 
     def __init__(self, params: ExploreParams, seed: int, numbers: Optional[ReportParams] = None) -> None:
         """Draw from ``seed``; ``numbers`` are the report's own unless given."""
-        self._limit_s = params.time_limit_s
+        self._deadline = Deadline(params.time_limit_s)
         self._params = numbers or ReportParams()
         rng = np.random.default_rng(seed)
         self._events: List[Event] = []
@@ -30,14 +39,16 @@ class ReportController:
         self._stuck = StuckWatch(self._params)
         self._frontier = FrontierMode(self._params, rng, self._events)
         self._exit = FindExit(self._params, self._selection)
-        self._forward = Forward(self._params, self._selection)
+        self._stop = Stop(self._params, self._selection)
+        self._forward = Forward(self._params)
         self._behaviour = ""
 
     def step(self, observation: Observation) -> Step:
         """One pass of the loop."""
         self._events.clear()
-        if observation.now_s >= self._limit_s:
-            return self._ended(Command(), "deadline", observation, done=True, reason="the time is over")
+        rest = None if Deadline.name in self._params.off else self._deadline.step(observation.now_s)
+        if rest is not None:
+            return self._ended(rest, Deadline.name, observation, done=True, reason="the time is over")
         view = self._watcher.look(observation)
         if view is None:
             return self._ended(Command(), "waiting", observation, reason="no scan or no odometry yet")
@@ -70,12 +81,14 @@ class ReportController:
             ("frontier", "frontier", self._to_frontier),
             ("find_exit", "find_exit", self._exit.step),
             ("selection", "", self._selection.step),
+            ("forward", "stop", self._stop.step),
+            ("forward", "forward", self._forward.step),
         )
         for name, switch, step in order:
             command = None if switch in self._params.off else step(view)
             if command is not None:
                 return name, command
-        return "forward", self._forward.step(view)
+        return "stand", Command()
 
     def _back_off(self, view: View) -> Optional[Command]:
         if any(event.pressed for event in view.observation.bumps):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Optional
+from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from yarm.exploration.report.frontiers import Frontier, Reach, cropped, frontier
 from yarm.exploration.report.params import ReportParams
 from yarm.exploration.report.view import View
 from yarm.geometry import FloatArray
+from yarm.navigation.grid_map import GridMap
 
 RETRY_S = 1.0
 """Without a way to any frontier it looks again this much later, s."""
@@ -104,11 +105,13 @@ class FrontierMode:
         if self._target is not None:
             row, column = small.cell_of(float(self._target[0]), float(self._target[1]))
         else:
-            found = [f for f in frontiers(cells, robot, self._params) if np.isfinite(reach.distance(f.row, f.column))]
-            chosen = self._draw(view, with_probabilities(found))
+            every = frontiers(cells, robot, self._params)
+            found = with_probabilities([f for f in every if np.isfinite(reach.distance(f.row, f.column))])
+            chosen = self._draw(view, found)
             if chosen is None:
                 self._retry_s = view.now_s + RETRY_S
                 return False
+            self._list(view, small, every, found)
             row, column = chosen.row, chosen.column
             self._target = np.array(small.centre_of(row, column))
             self.intent = Intent(
@@ -127,14 +130,25 @@ class FrontierMode:
         if not candidates:
             return None
         chosen = candidates[int(self._rng.choice(len(candidates), p=[f.probability for f in candidates]))]
-        details = (
-            ("what", "drawn"),
-            ("of", len(candidates)),
-            ("d", round(chosen.distance, 3)),
-            ("I", chosen.unknown),
-            ("W", chosen.obstacles),
-            ("R", round(chosen.fitness, 3)),
-            ("P", round(chosen.probability, 6)),
-        )
+        details = (("what", "drawn"), ("of", len(candidates)), *_numbers(chosen))
         self._events.append(Event(view.now_s, "frontier", details))
         return chosen
+
+    def _list(self, view: View, room: GridMap, every: List[Frontier], reachable: List[Frontier]) -> None:
+        """Note what there was to draw from; the probability is 0 of those that no way leads to."""
+        share = {(f.row, f.column): f for f in reachable}
+        for frontier in every:
+            x, y = room.centre_of(frontier.row, frontier.column)
+            numbers = _numbers(share.get((frontier.row, frontier.column), frontier))
+            self._events.append(Event(view.now_s, "candidate", (("x", round(x, 3)), ("y", round(y, 3)), *numbers)))
+
+
+def _numbers(frontier: Frontier) -> Tuple[Tuple[str, float], ...]:
+    """Distance, information, obstacles, fitness and probability by the report's letters."""
+    return (
+        ("d", round(frontier.distance, 3)),
+        ("I", frontier.unknown),
+        ("W", frontier.obstacles),
+        ("R", round(frontier.fitness, 3)),
+        ("P", round(frontier.probability, 6)),
+    )

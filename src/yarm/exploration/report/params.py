@@ -8,7 +8,10 @@ from typing import Tuple
 
 from yarm.params import param
 
-BEHAVIOURS = ("bumper", "stuck", "full_turn", "frontier", "find_exit", "middle", "selection")
+BEHAVIOURS = (
+    *("deadline", "bumper", "stuck", "full_turn", "frontier", "find_exit", "selection", "places", "search"),
+    *("stop", "middle", "forward"),
+)
 """What can be switched off, one by one."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, List, Mapping
 
 import pytest
 
@@ -11,9 +11,10 @@ from support.report_rig import Rig, room, scan
 from yarm.exploration.model import Command
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.registry import make_controller
+from yarm.exploration.report import behaviours, frontier_mode
 from yarm.exploration.report.behaviours import to_the_middle
 from yarm.exploration.report.controller import ReportController
-from yarm.exploration.report.params import FAST, ReportParams
+from yarm.exploration.report.params import BEHAVIOURS, FAST, ReportParams
 from yarm.geometry import Pose2
 from yarm.robots.turtlebot import Bumper
 
@@ -81,6 +82,35 @@ def test_it_does_not_turn_for_ever() -> None:
     assert here.shares()["forward"] >= 2
 
 
+def test_without_the_search_a_whole_turn_ends_it() -> None:
+    here = rig(turn_period=1000.0, off=("search",))
+    here.step(scan(0.48))
+    here.run(2.0 * math.pi / 0.4 - 1.0, scan(0.9))
+    assert here.steps[-1].behaviour == "selection"
+    here.run(1.5, scan(0.9))
+    assert here.steps[-1].behaviour == "forward"
+
+
+def test_without_the_stop_it_goes_on_slowly_and_a_bump_still_selects() -> None:
+    here = rig(off=("stop",))
+    assert here.step(scan(0.48)).command == Command(0.1, 0.0)
+    here.step(scan(0.9), (Bumper.CENTER, True))
+    here.run(1.0, scan(0.9))
+    assert here.step(scan(0.9)).behaviour == "selection"
+
+
+def test_without_selections_none_begins() -> None:
+    here = rig(off=("selection",))
+    assert here.step(scan(0.48)).command == Command(0.1, 0.0)
+    here.step(scan(0.9), (Bumper.CENTER, True))
+    here.run(2.0, scan(0.9))
+    assert not any(event.kind == "draw" for step in here.steps for event in step.events)
+
+
+def test_without_driving_ahead_it_stands() -> None:
+    assert rig(off=("forward",)).step(scan(2.0)).command == Command()
+
+
 def test_left_is_drawn_more_often() -> None:
     left = 0
     for seed in range(400):
@@ -100,6 +130,48 @@ def test_at_a_remembered_place_it_turns_the_other_way() -> None:
         here.pose = Pose2(0.1, 0.1)
     assert ways[1] == -ways[0]
     assert len(set(ways[1:])) == 1, "the first match counts, which stays the first place"
+
+
+def test_without_places_the_way_is_drawn_there_as_anywhere() -> None:
+    def ways(seed: int, **numbers: Any) -> List[float]:
+        here = rig(seed, **numbers)
+        turns = []
+        for _ in range(2):
+            here.step(scan(0.48))
+            turns.append(here.step(scan(0.48)).command.w_radps)
+            here.step(scan(2.0))
+            here.pose = Pose2(0.1, 0.1)
+        return turns
+
+    assert all(first == -second for first, second in (ways(seed) for seed in range(20)))
+    drawn = [ways(seed, off=("places",)) for seed in range(20)]
+    assert any(first == second for first, second in drawn) and any(first != second for first, second in drawn)
+
+
+def test_a_place_is_remembered_by_the_laser_s_selections_alone() -> None:
+    here = rig(3)
+    here.step(scan(0.9), (Bumper.CENTER, True))
+    here.run(1.5, scan(0.9))
+    assert here.steps[-1].behaviour == "selection"
+    here.step(scan(2.0))
+    here.pose = Pose2(0.0, 0.0)
+    here.step(scan(0.48))
+    again = [dict(event.details)["again"] for step in here.steps for event in step.events if event.kind == "draw"]
+    assert again == [0, 0]
+
+
+def test_only_the_last_twenty_places_are_remembered() -> None:
+    def again_after(others: int) -> int:
+        here = rig(3, turn_period=10000.0, off=("stuck", "frontier", "find_exit"))
+        for i in [*range(others + 1), 0]:
+            here.pose = Pose2(float(i), 0.0)
+            here.step(scan(0.48))
+            here.step(scan(2.0))
+        draws = [dict(event.details)["again"] for step in here.steps for event in step.events if event.kind == "draw"]
+        assert len(draws) == others + 2 and sum(draws[:-1]) == 0
+        return int(draws[-1])
+
+    assert again_after(19) == 1 and again_after(20) == 0
 
 
 @pytest.mark.parametrize("bumper, turn", [(Bumper.LEFT, -1), (Bumper.RIGHT, 1), (Bumper.CENTER, 1)])
@@ -180,6 +252,17 @@ def test_an_exit_at_a_remembered_place_is_looked_into() -> None:
     assert passing(rig()) == "find_exit" and passing(rig(off=("find_exit",))) == "forward"
 
 
+def assert_listed(here: Rig, drawn: Mapping[str, Any]) -> None:
+    """With the draw all frontiers are told that it was made from, in the order of d, I, W, R, P."""
+    listed = [dict(event.details) for event in here.steps[-1].events if event.kind == "candidate"]
+    assert all(list(row) == ["x", "y", "d", "I", "W", "R", "P"] for row in listed)
+    assert sum(row["P"] for row in listed) == pytest.approx(1.0, abs=1e-5)
+    assert sum(row["P"] > 0.0 for row in listed) == drawn["of"]
+    assert any(all(row[name] == drawn[name] for name in "dIWRP") for row in listed)
+    for row in listed:
+        assert row["R"] == pytest.approx(row["d"] + row["I"] - 0.1 * row["W"], abs=1e-3)
+
+
 def test_a_map_that_does_not_grow_starts_the_frontier_mode() -> None:
     here = rig(turn_period=1000.0, off=("stuck",))
     here.map, here.held = room(), True
@@ -189,6 +272,7 @@ def test_a_map_that_does_not_grow_starts_the_frontier_mode() -> None:
     drawn = [event for step in here.steps for event in step.events if event.kind == "frontier"]
     names = dict(drawn[0].details)
     assert names["what"] == "drawn" and {"d", "I", "W", "R", "P"} <= set(names)
+    assert_listed(here, names)
     off = rig(turn_period=1000.0, off=("frontier",))
     off.map = room()
     off.run(210.0, scan(2.0))
@@ -201,6 +285,19 @@ def test_at_the_deadline_it_stands_whatever_it_did() -> None:
     here.run(1.9, scan(0.48))
     end = here.step(scan(0.48), (Bumper.LEFT, True))
     assert end.done and end.command == Command() and end.behaviour == "deadline"
+
+
+def test_every_behaviour_is_a_class_that_can_be_switched_off() -> None:
+    modules = (behaviours, frontier_mode)
+    named = (getattr(cls, "name", None) for module in modules for cls in vars(module).values() if isinstance(cls, type))
+    classes = {name for name in named if isinstance(name, str)}
+    assert classes == set(BEHAVIOURS)
+
+
+def test_without_its_deadline_it_goes_on() -> None:
+    here = Rig(ReportController(ExploreParams(time_limit_s=2.0), 1, ReportParams(off=("deadline",))))
+    here.run(3.0, scan(2.0))
+    assert here.steps[-1].command.v_mps == 0.2 and not here.steps[-1].done
 
 
 def test_the_same_seed_gives_the_same_run() -> None:
