@@ -175,26 +175,54 @@ class ExplorerTest(unittest.TestCase):
         self.assertEqual((room.state(), room.status.reason), ("done", "the time is over"))
         self.assertFalse(room.ask("start").success)
 
-    def test_6_a_killed_explorer_means_zero_at_once_and_at_the_deadline(self):
+    def test_6_a_killed_explorer_means_zero_at_once_and_past_the_deadline(self):
         room = self.room
         self.start()
-        room.run(5.0, until=lambda: room.told[-1][1:] != (0.0, 0.0))
-        type(self).killed = node_pids()["/explorer"]
-        os.kill(self.killed, signal.SIGKILL)
-        killed_s, before = room.now_s, len(room.told)
-        room.run(3.0, alive=False)
+        self.assertTrue(room.run(5.0, until=lambda: room.told[-1][1:] != (0.0, 0.0)))
+        deadline_s, before = room.status.deadline.to_sec(), len(room.told)
+        self.kill()
+        killed_s = room.now_s
+        room.run(0.6, alive=False)
         moving = [at_s for at_s, v, w in room.told[before:] if (v, w) != (0.0, 0.0)]
         self.assertLessEqual(max(moving, default=killed_s) - killed_s, 0.5)
-        self.assertGreaterEqual(len(room.told) - before, 3)
-        rested = room.world.truth
-        said = len(room.told)
-        room.run(3.0, alive=False)
-        self.assertEqual(room.world.truth, rested)
-        self.assertGreaterEqual(len(room.told) - said, 5, "the gate goes on saying zero")
+        self.assert_rests(deadline_s + 5.0)
+
+    def test_6b_killed_just_before_the_deadline_it_rests_from_the_deadline_on(self):
+        room = self.room
+        self.next_explorer()
+        self.start()
+        deadline_s = room.status.deadline.to_sec()
+        room.run(deadline_s - 0.9 - room.now_s)
+        self.assertNotEqual(room.told[-1][1:], (0.0, 0.0), "it is to be killed while it drives")
+        self.kill()
+        room.run(0.9, alive=False)
+        self.assertAlmostEqual(room.now_s, deadline_s)
+        self.assert_rests(deadline_s + 5.0)
+
+    def kill(self):
+        """End the explorer as a crash would."""
+        type(self).killed = node_pids()["/explorer"]
+        os.kill(self.killed, signal.SIGKILL)
+
+    def next_explorer(self):
+        """Wait for the one that is started in place of the killed one."""
+        self.room.run_on(
+            "the next explorer", lambda: node_pids().get("/explorer", 0) not in (0, self.killed), alive=False
+        )
+
+    def assert_rests(self, until_s):
+        """Pass by pass from now on the robot stays where it is, and the gate goes on saying zero."""
+        room, rested, before = self.room, self.room.world.truth, len(self.room.told)
+        while room.now_s < until_s:
+            room.tick(alive=False)
+            self.assertEqual(room.world.truth, rested, f"at {room.now_s:.1f} s")
+        said = room.told[before:]
+        self.assertEqual({command[1:] for command in said}, {(0.0, 0.0)})
+        self.assertLessEqual(until_s - said[-1][0], 1.0, "the gate goes on saying zero")
 
     def test_7_told_to_end_it_saves_the_map_first(self):
         room = self.room
-        room.run_on("the next explorer", lambda: node_pids().get("/explorer", 0) not in (0, self.killed), alive=False)
+        self.next_explorer()
         self.start()
         room.run(3.0)
         room.run_on("the map in it", lambda: room.status.known_m2 > 1.0)
