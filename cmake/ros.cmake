@@ -22,7 +22,7 @@ target_link_libraries(yarm_nodelets PUBLIC yarm_perception yarm_sync ${catkin_LI
 add_dependencies(yarm_nodelets ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 
 foreach(node merge_clouds cluster_assoc database perception)
-  add_executable(yarm_${node}_node src/ros/${node}_node.cpp)
+  add_executable(yarm_${node}_node src/ros/${node}_node.cpp src/ros/loopback.cpp)
   set_target_properties(yarm_${node}_node PROPERTIES OUTPUT_NAME ${node})
   list(APPEND yarm_node_targets yarm_${node}_node)
 endforeach()

@@ -20,17 +20,24 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.listening import ListeningTest
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
-ADDRESSES = {"inside": "localhost", "outside": "0.0.0.0"}
+GATE = [sys.executable, str(SCRIPTS / "velocity_gate")]
+AMCL = ["rosrun", "yarm", "amcl"]
+NODES = {
+    "inside": (GATE, "localhost"),
+    "outside": (GATE, "0.0.0.0"),
+    "cpp_inside": (AMCL, "localhost"),
+    "cpp_outside": (AMCL, "0.0.0.0"),
+}
 
 
 class NetworkTest(ListeningTest):
-    """Two nodes alike, of which one listens on every interface."""
+    """Two nodes alike in Python, of which one listens on every interface, and two in C++."""
 
     @classmethod
     def setUpClass(cls):
         cls.listen()
-        cls.said = {name: tempfile.NamedTemporaryFile() for name in ADDRESSES}  # noqa: SIM115 (closed with the class)
-        cls.nodes = [cls.begin(name, address) for name, address in ADDRESSES.items()]
+        cls.said = {name: tempfile.NamedTemporaryFile() for name in NODES}  # noqa: SIM115 (closed with the class)
+        cls.nodes = [cls.begin(name, *NODES[name]) for name in NODES]
 
     @classmethod
     def tearDownClass(cls):
@@ -42,31 +49,35 @@ class NetworkTest(ListeningTest):
             file.close()
 
     @classmethod
-    def begin(cls, name: str, address: str) -> subprocess.Popen:
+    def begin(cls, name: str, command: List[str], address: str) -> subprocess.Popen:
         return subprocess.Popen(
-            [sys.executable, str(SCRIPTS / "velocity_gate"), f"__name:={name}"],
+            [*command, f"__name:={name}"],
             stdout=cls.said[name],
             stderr=subprocess.STDOUT,
             env={**os.environ, "ROS_HOSTNAME": address},
         )
 
     def test_1_the_check_names_who_can_be_reached_and_where(self):
-        pids = self.ask(self.both, "the processes of both nodes")
+        pids = self.ask(self.all_nodes, "the processes of all nodes")
         said = self.check()
-        lines = [line for line in said if line.startswith("/outside")]
-        self.assertEqual(len(lines), 1, said)
-        for listener in listeners(pids["/outside"]):
-            self.assertIn(f"0.0.0.0:{listener.port}", lines[0])
-        self.assertFalse([line for line in said if line.startswith(("/inside", "/master"))], said)
+        for name in ("outside", "cpp_outside"):
+            lines = [line for line in said if line.startswith(f"/{name} ")]
+            self.assertEqual(len(lines), 1, said)
+            ports = [listener.port for listener in listeners(pids[f"/{name}"])]
+            self.assertGreaterEqual(len(ports), 2, name)
+            for port in ports:
+                self.assertIn(f"0.0.0.0:{port}", lines[0])
+        for name in ("inside", "cpp_inside", "master"):
+            self.assertFalse([line for line in said if line.startswith(f"/{name} ")], said)
 
     def test_2_the_node_says_it_itself(self):
         said = self.ask(lambda: self.warnings("outside"), "a warning of the node that can be reached")
         self.assertIn("ROS_HOSTNAME=localhost", said[0])
         self.assertEqual(self.warnings("inside"), [])
 
-    def both(self) -> Dict[str, int]:
+    def all_nodes(self) -> Dict[str, int]:
         pids = node_pids()
-        return pids if {"/inside", "/outside"} <= set(pids) else {}
+        return pids if {f"/{name}" for name in NODES} <= set(pids) else {}
 
     def check(self) -> List[str]:
         done = subprocess.run(
