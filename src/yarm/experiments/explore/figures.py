@@ -25,6 +25,8 @@ from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.statistics import percentile
 
 TARGET_HEADER = ("target", "measured", "met")
+WAY_PASSES = 10
+"""Every n-th pass of a way is written with a figure."""
 
 
 def write_study(results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], folder: Path) -> str:
@@ -63,13 +65,26 @@ def write_trials(results: Sequence[ExploreResult], path: Path) -> None:
 
 
 def plot_final_maps(records: Sequence[ExploreRecord], path: Path) -> Path:
-    """Figure 1: final maps over the true walls, side by side."""
+    """Figure 1: final maps over the true walls, side by side; and what is drawn, as a CSV of the same name."""
     figure, axes = new_figure(5.2 * max(1, len(records)), 5.4, max(1, len(records)))
     for axis, record in zip(axes, records):
         draw_run(axis, record, judge_of(record.arena).arena)
         share = record.coverage[-1].share if record.coverage else math.nan
         axis.set_title(f"{title_of(record)}: {100 * share:.1f} % at {record.end_s:.0f} s", fontsize="medium")
+    rows = [row for record in records for row in _drawn_rows(record)]
+    _write(path.with_suffix(".csv"), ("controller", "what", "t_s", "x", "y"), rows)
     return save_figure(figure, path)
+
+
+def _drawn_rows(record: ExploreRecord) -> List[Sequence[Any]]:
+    """The occupied cells at the end, the way second by second, the bumps; world, metres."""
+    points = judge_of(record.arena).occupied_points(record.map, record.world_from_map) if record.map is not None else ()
+    rows: List[Sequence[Any]] = [
+        *(("occupied", f"{record.end_s:.1f}", f"{x:.3f}", f"{y:.3f}") for x, y in points),
+        *(("way", f"{p.t_s:.1f}", f"{p.true_x:.3f}", f"{p.true_y:.3f}") for p in record.path[::WAY_PASSES]),
+        *(("bump", f"{t.t_s:.1f}", f"{t.x:.3f}", f"{t.y:.3f}") for t in record.touches),
+    ]
+    return [(record.controller, *row) for row in rows]
 
 
 def plot_coverage(results: Sequence[ExploreResult], folder: Path) -> Path:

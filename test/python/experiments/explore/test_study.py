@@ -10,7 +10,7 @@ from typing import Any, List, Sequence
 
 import pytest
 
-from python.experiments.explore_samples import ROOM, perfect_map, record_of
+from python.experiments.explore_samples import ROOM, path_row, perfect_map, record_of
 from yarm.experiments.explore.figures import plot_final_maps, write_study
 from yarm.experiments.explore.judge import Judge
 from yarm.experiments.explore.measures import Measures, Obstacles, measure
@@ -118,8 +118,15 @@ def test_starts_in_contact_are_known() -> None:
 
 
 def test_final_maps_are_drawn_side_by_side(tmp_path: Path) -> None:
-    record = replace(record_of(perfect_map(JUDGE)), arena="practice")
+    path = tuple(path_row(0.1 * i, 0.02 * i, 0.2) for i in range(21))
+    record = replace(record_of(perfect_map(JUDGE)), arena="practice", path=path)
     assert plot_final_maps([record, record], tmp_path / "maps.png").stat().st_size > 5000
+    with (tmp_path / "maps.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert record.map is not None
+    assert sum(row["what"] == "occupied" for row in rows) == 2 * int(record.map.occupied.sum())
+    way = [(row["controller"], row["t_s"], row["x"]) for row in rows if row["what"] == "way"]
+    assert way == 2 * [("made_up", "0.0", "0.000"), ("made_up", "1.0", "0.200"), ("made_up", "2.0", "0.400")]
 
 
 def test_reproduce_runs_the_study_and_goes_on_where_it_stopped(
