@@ -79,9 +79,12 @@ DistanceField::DistanceField(const GridMap& map, const FieldParams& params)
 void DistanceField::markSurfaces(const GridMap& map, const FieldParams& params) {
   distances_.assign(map.cells.size(), kFar);
   free_.assign(map.cells.size(), false);
-  const auto occupied = [&](int column, int row) {
-    return column >= 0 && row >= 0 && column < width_ && row < height_ &&
-           map.cells[indexOf(column, row)] >= params.occupied_at_least;
+  const auto open = [&](int column, int row) {
+    if (column < 0 || row < 0 || column >= width_ || row >= height_) {
+      return false;
+    }
+    const auto cell = map.cells[indexOf(column, row)];
+    return cell >= 0 && cell < params.occupied_at_least;
   };
   for (int row = 0; row < height_; ++row) {
     for (int column = 0; column < width_; ++column) {
@@ -90,9 +93,9 @@ void DistanceField::markSurfaces(const GridMap& map, const FieldParams& params) 
         free_[index] = true;
         ++free_cells_;
       }
-      const bool inside = occupied(column - 1, row) && occupied(column + 1, row) && occupied(column, row - 1) &&
-                          occupied(column, row + 1);
-      if (occupied(column, row) && !inside) {
+      const bool faces =
+          open(column - 1, row) || open(column + 1, row) || open(column, row - 1) || open(column, row + 1);
+      if (map.cells[index] >= params.occupied_at_least && faces) {
         distances_[index] = 0.0F;
         ++surface_cells_;
       }

@@ -21,8 +21,9 @@ struct FieldSample {
   Eigen::Vector2d gradient{Eigen::Vector2d::Zero()};  ///< of the distance; zero where no surface is in reach
 };
 
-/// The field of one map, in the map's frame. Surfaces are the centres of the occupied cells that have a neighbour which
-/// is not occupied. Not changed once made.
+/// The field of one map, in the map's frame. Surfaces are the centres of the occupied cells beside one that is known
+/// and not occupied: what a beam can end on. The back of a wall, beside cells that are not known, is none. Not changed
+/// once made.
 class DistanceField {
  public:
   /// O(cells). Throws std::invalid_argument when the map's size and cells do not fit together.

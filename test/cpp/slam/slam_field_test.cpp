@@ -25,16 +25,17 @@ GridMap emptyMap(int width, int height, double resolution = 0.1) {
   return map;
 }
 
-// Distance to the nearest occupied cell that has a neighbour which is not, cell by cell.
+// Distance to the nearest occupied cell that has a neighbour which is known and not occupied, cell by cell.
 double bruteForce(const GridMap& map, int column, int row) {
-  const auto occupied = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x < map.width && y < map.height && map.cells[y * map.width + x] >= 65;
+  const auto open = [&](int x, int y) {
+    return x >= 0 && y >= 0 && x < map.width && y < map.height && map.cells[y * map.width + x] >= 0 &&
+           map.cells[y * map.width + x] < 65;
   };
   double least = std::numeric_limits<double>::infinity();
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
-      const bool inside = occupied(x - 1, y) && occupied(x + 1, y) && occupied(x, y - 1) && occupied(x, y + 1);
-      if (occupied(x, y) && !inside) {
+      const bool faces = open(x - 1, y) || open(x + 1, y) || open(x, y - 1) || open(x, y + 1);
+      if (map.cells[y * map.width + x] >= 65 && faces) {
         least = std::min(least, map.resolution * std::hypot(x - column, y - row));
       }
     }
@@ -74,6 +75,18 @@ TEST(DistanceField, IsLinearBetweenCellsAndItsGradientPointsAway) {
     EXPECT_NEAR(sample.gradient.x(), x < -0.55 ? -1.0 : 1.0, 1e-5);
     EXPECT_NEAR(sample.gradient.y(), 0.0, 1e-5);
   }
+}
+
+TEST(DistanceField, TheBackOfAWallIsNoSurface) {
+  GridMap map = emptyMap(20, 9);
+  for (int row = 0; row < map.height; ++row) {
+    map.cells[row * map.width + 0] = map.cells[row * map.width + 1] = -1;   // behind the wall
+    map.cells[row * map.width + 2] = map.cells[row * map.width + 3] = 100;  // two cells thick, its face at x = -0.65
+  }
+  const DistanceField field(map, {});
+  EXPECT_EQ(field.surfaceCells(), map.height);
+  EXPECT_NEAR(field.at({-0.75, 2.4}).distance, 0.1, 1e-5);
+  EXPECT_NEAR(field.at({-0.65, 2.4}).distance, 0.0, 1e-5);
 }
 
 TEST(DistanceField, OutsideThereIsNothing) {
