@@ -303,6 +303,8 @@ class MoveBase:
             less = f"moved less than {self._params.oscillation_distance:g} m"
             return self._recover(seen.now_s, pose, attempt, f"{less} in {self._params.oscillation_timeout:g} s")
         ahead_m = self._ahead(seen, pose)
+        if ahead_m < TOUCHING_M and self._is_near_enough(seen, attempt):
+            return self._turn_on_the_spot(pose, attempt)
         cap = 0.0 if ahead_m < TOUCHING_M else None
         sees = None if self._way.field is None else self._way.field.sees
         drive = self._follower.step(pose, ahead_m, sees, cap)
@@ -432,6 +434,12 @@ class MoveBase:
             attempt.planned_s, attempt.progress_s = -math.inf, seen.now_s
             return self._stand()
         return self._abort(f"the way ended {away:.2f} m from the goal, the tolerance is {p.xy_goal_tolerance:g} m")
+
+    def _is_near_enough(self, seen: Observation, attempt: _Attempt) -> bool:
+        """Whether the robot drives within the tolerance of the goal, where it may end as well as nearer to it."""
+        assert seen.pose is not None
+        driving = len(self._follower.path) > 1
+        return driving and seen.pose.distance(attempt.goal) <= self._params.xy_goal_tolerance
 
     def _turn_on_the_spot(self, pose: Pose2, attempt: _Attempt) -> Step:
         """Near enough, but odometry's heading is not the believed one: that is turned to now."""

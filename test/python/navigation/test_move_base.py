@@ -70,6 +70,26 @@ class TestGoals:
             MoveBase().go(Pose2(*bad), 0.0)
 
 
+class TestBesideAWall:
+    """Goals so near to a wall that the robot is stopped before it just short of them."""
+
+    @pytest.mark.parametrize("gap_m", [0.258, 0.262])
+    @pytest.mark.parametrize("aside_m", [0.9, 1.6])
+    def test_a_robot_stopped_within_the_tolerance_turns_to_the_goals_heading(
+        self, gap_m: float, aside_m: float
+    ) -> None:
+        drive = Drive(**TIGHT)
+        for y, yaw_rad in ((0.8, 2.3), (0.4, -2.3)):
+            drive.go(0.9, y - aside_m)
+            assert drive.run(40.0).status is Status.SUCCEEDED
+            goal = Pose2(2.0 - gap_m, y, yaw_rad)
+            drive.go(goal.x, goal.y, goal.yaw_rad)
+            step = drive.run(40.0)
+            assert step.status is Status.SUCCEEDED, f"{goal}: {step.reason}"
+            assert drive.believed.distance(goal) <= 0.05 and abs(wrap_angle(drive.here.yaw_rad - yaw_rad)) <= 0.05
+        assert not drive.world.touches and not any("recovers" in event for event in drive.events)
+
+
 class TestLastPiece:
     """The believed place swings while the robot turns, as in a map of cells."""
 
