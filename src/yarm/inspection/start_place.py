@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import binary_erosion, distance_transform_edt, map_coordinates
+from scipy.ndimage import binary_dilation, distance_transform_edt, map_coordinates
 from scipy.optimize import least_squares
 
 from yarm.geometry import FloatArray, Pose2
@@ -43,13 +43,12 @@ def fitted(guess: Pose2, scan: Scan, grid: GridMap) -> Pose2:
 
 
 def _to_surfaces(grid: GridMap) -> FloatArray:
-    """(rows, columns) distance from each cell's centre to the nearest occupied one that is not inside a body, metres.
+    """(rows, columns) distance from each cell's centre to the nearest occupied one beside a free one, metres.
 
     Behind a surface it grows again, so that a body's depth is nothing for points to lie in.
     """
-    occupied = grid.occupied
-    surfaces = occupied & ~binary_erosion(occupied, border_value=1)
+    surfaces = grid.occupied & binary_dilation(grid.free)
     if not surfaces.any():
-        return np.full(occupied.shape, FAR_M)
+        return np.full(surfaces.shape, FAR_M)
     distance: FloatArray = distance_transform_edt(~surfaces, sampling=grid.resolution_m)
     return distance

@@ -93,6 +93,7 @@ class _Robot:
                 seen.pose,
                 self.ways.grid,
                 bumps=self.world.take_bumps(),
+                odometry=None if seen.odometry is None else seen.odometry.pose,
             )
         )
         if moved.status in OUTCOMES:
