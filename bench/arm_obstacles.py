@@ -3,13 +3,15 @@
 
     python3 bench/arm_obstacles.py [--seeds 100] [--others 10]
 
-A seed moves the obstacles by up to 5 mm and draws the planner's chance. Rows are kept in bench/data/arm_obstacles.csv:
-a run that was stopped goes on where it was; the table is of all rows there.
+A seed moves the obstacles by up to 5 mm and draws the planner's chance; each has a process of its own, as OMPL takes one
+seed a process, so that a row is the same whichever were made before it. Rows are kept in bench/data/arm_obstacles.csv: a
+run that was stopped goes on where it was; the table is of all rows there.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -21,12 +23,13 @@ from planning_table import Table, read_rows
 from yarm.experiments.coursework.tasks import SPREAD_M
 from yarm.experiments.run.tables import markdown_table
 from yarm.manipulation.motion.checkpoints import load_arm_scene, moved_obstacles
+from yarm.manipulation.obstacles.collision import YoubotCollision
 from yarm.manipulation.obstacles.physics import play_task
-from yarm.manipulation.obstacles.ways import Variant, plan_ways
+from yarm.manipulation.obstacles.ways import MARGIN_M, Variant, plan_ways
 from yarm.resources import resource
 
 ROWS = Path(__file__).resolve().parent / "data" / "arm_obstacles.csv"
-VALUES = ("reached", "wanted", "touches", "simulated_s", "planning_s", "tracking_rad")
+VALUES = ("reached", "wanted", "touches", "simulated_s", "planning_s", "tracking_rad", "reason")
 
 
 def main() -> int:
@@ -37,18 +40,21 @@ def main() -> int:
     options.add_argument("--first", type=int, default=1)
     chosen = options.parse_args()
     table = Table(ROWS, ("method", "seed"), VALUES)
-    for seed in range(chosen.first, chosen.first + chosen.seeds):
-        for variant in Variant if seed < chosen.first + chosen.others else (Variant.YARM,):
-            table.add({"method": variant.value, "seed": seed}, lambda v=variant, s=seed: measured(v, s))
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as fresh:
+        for seed in range(chosen.first, chosen.first + chosen.seeds):
+            for variant in Variant if seed < chosen.first + chosen.others else (Variant.YARM,):
+                key = {"method": variant.value, "seed": seed}
+                table.add(key, lambda v=variant, s=seed: fresh.apply(measured, (v, s)))
     print(summary(read_rows(ROWS)))
     return 0
 
 
-def measured(variant: Variant, seed: int) -> Dict[str, float]:
+def measured(variant: Variant, seed: int) -> Dict[str, object]:
     """One method on one seed."""
     scene = load_arm_scene(resource("scenes", "manipulation", "arm_obstacles.yaml"))
     obstacles = tuple(moved_obstacles(scene.obstacles, np.random.default_rng(seed), SPREAD_M))
     scene = replace(scene, obstacles=obstacles)
+    YoubotCollision(scene.obstacles).free(np.array(scene.start), MARGIN_M)  # reads the arm's description, once
     begun = time.process_time()
     ways = plan_ways(scene, variant, seed)
     planned = time.process_time() - begun
@@ -61,6 +67,7 @@ def measured(variant: Variant, seed: int) -> Dict[str, float]:
         "simulated_s": round(played.duration_s, 2),
         "planning_s": round(planned, 3),
         "tracking_rad": round(played.tracking_rad, 4),
+        "reason": next((leg.reason for leg in played.legs if not leg.reached), ""),
     }
 
 
@@ -71,7 +78,7 @@ def summary(rows: List[Dict[str, str]]) -> str:
         own = [row for row in rows if row["method"] == variant.value]
         if not own:
             continue
-        column = {name: np.array([float(row[name]) for row in own]) for name in VALUES}
+        column = {name: np.array([float(row[name]) for row in own]) for name in VALUES if name != "reason"}
         whole = int(np.sum((column["reached"] == column["wanted"]) & (column["touches"] == 0)))
         lines.append(
             (

@@ -8,7 +8,7 @@ Planning Library", IEEE Robotics and Automation Magazine 19, 2012; shortcuts as 
 from __future__ import annotations
 
 import time
-from typing import Iterator, List, Protocol, Sequence
+from typing import Callable, Iterator, List, Protocol, Sequence
 
 import numpy as np
 import ompl.base as ob
@@ -39,7 +39,14 @@ class Surroundings(Protocol):
 class ArmPlanner:
     """Plans in joint space; the sequence of answers depends on the seed alone. Not thread-safe."""
 
-    def __init__(self, collision: Surroundings, limits: JointLimits, margin_m: float, seed: int) -> None:
+    def __init__(
+        self,
+        collision: Surroundings,
+        limits: JointLimits,
+        margin_m: float,
+        seed: int,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         """Set up the space.
 
         Args:
@@ -47,12 +54,14 @@ class ArmPlanner:
             limits: of the joints.
             margin_m: distance kept to everything.
             seed: of the random numbers; OMPL takes it once a process.
+            clock: seconds that a time limit counts; a thread's own does not run on while others have the core.
         """
         ou.setLogLevel(ou.LOG_WARN)
         _seed_ompl(seed)
         self._collision = collision
         self._limits = limits
         self._margin_m = margin_m
+        self._clock = clock
         self._rng = np.random.default_rng(seed)
         self._n = len(limits.lower)
         self._space = ob.RealVectorStateSpace(self._n)
@@ -68,7 +77,7 @@ class ArmPlanner:
         Args:
             start: joints (n,).
             goal: joints (n,).
-            time_limit_s: wall time after which it gives up.
+            time_limit_s: time by the clock after which it gives up.
 
         Raises:
             ArmError: an end is not free or out of limits, or no path was found.
@@ -77,25 +86,28 @@ class ArmPlanner:
             self._check_end(name, q)
         if self.straight_is_free(start, goal):
             return np.array([start, goal])
-        deadline_s = time.monotonic() + time_limit_s
-        while (left_s := deadline_s - time.monotonic()) > 0.0:
-            found = self._searched(start, goal, left_s)
+        begun_s = self._clock()
+        deadline_s = begun_s + time_limit_s
+        while self._clock() < deadline_s:
+            found = self._searched(start, goal, deadline_s)
             if not found:
                 break
             # OMPL looks at a piece at other points than are looked at here, and a shortcut begins within a piece.
             corners = self._shortened(found)
             if all(self.straight_is_free(a, b) for a, b in zip(corners[:-1], corners[1:])):
                 return corners
-        raise ArmError(f"no path found in {time_limit_s:g} s from {_words(start)} to {_words(goal)} deg")
+        spent = f"{self._clock() - begun_s:.3g} of {time_limit_s:g} s"
+        raise ArmError(f"no path found in {spent} from {_words(start)} to {_words(goal)} deg")
 
-    def _searched(self, start: FloatArray, goal: FloatArray, time_limit_s: float) -> List[FloatArray]:
+    def _searched(self, start: FloatArray, goal: FloatArray, deadline_s: float) -> List[FloatArray]:
         """Corners of a path as the search leaves it; none when it finds none in time."""
         setup = og.SimpleSetup(self._space)
         setup.setStateValidityChecker(lambda state: self._free(self._joints(state)))
         setup.getSpaceInformation().setStateValidityCheckingResolution(STEP_RAD / self._space.getMaximumExtent())
         setup.setStartAndGoalStates(self._state(start), self._state(goal))
         setup.setPlanner(og.RRTConnect(setup.getSpaceInformation()))
-        if not setup.solve(time_limit_s) or not setup.haveExactSolutionPath():
+        ended = ob.PlannerTerminationCondition(lambda: bool(self._clock() > deadline_s))
+        if not setup.solve(ended) or not setup.haveExactSolutionPath():
             return []
         return [self._joints(state) for state in setup.getSolutionPath().getStates()]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from enum import Enum
 from typing import Dict, List, Sequence, Tuple
@@ -30,7 +31,8 @@ from yarm.robots.youbot import LOWER_RAD, SPEED_RADPS, UPPER_RAD, Joints
 MARGIN_M = 0.01
 """Distance that planned ways keep to everything."""
 PLANNING_LIMIT_S = 120.0
-"""Wall time after which a leg is given up; a leg takes well under a second of an idle core."""
+"""Processor time after which a leg is given up; a leg takes well under a second. Wall time would run on while a busy
+machine gives the planner nothing."""
 SPACING_RAD = 0.12
 """Waypoints of a timed path are no farther apart."""
 FIELD_THINNING = 8
@@ -113,7 +115,7 @@ def timed_path(corners: FloatArray, collision: YoubotCollision, limits: MotionLi
 
 def _planned(scene: ArmScene, seed: int) -> Ways:
     collision = YoubotCollision(scene.obstacles)
-    planner = ArmPlanner(collision, _joint_limits(), MARGIN_M, seed)
+    planner = ArmPlanner(collision, joint_limits(), MARGIN_M, seed, time.thread_time)
 
     def fault(q: Joints) -> str:
         found = collision.clearance(np.array(q), MARGIN_M)
@@ -168,7 +170,8 @@ def _along_field(scene: ArmScene, variant: Variant) -> Ways:
     return Ways(variant, tuple(legs), {name: reason for name, reason in refused.items() if reason})
 
 
-def _joint_limits() -> JointLimits:
+def joint_limits() -> JointLimits:
+    """The arm's limits as planners take them."""
     return JointLimits(np.array(LOWER_RAD), np.array(UPPER_RAD), np.full(len(LOWER_RAD), SPEED_RADPS))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -67,6 +68,16 @@ def test_a_move_round_a_wall_is_found_and_free(walled):
     assert corners[0] == pytest.approx(start) and corners[-1] == pytest.approx(goal)
     for a, b in zip(corners[:-1], corners[1:]):
         assert walled.straight_is_free(a, b)
+
+
+def test_a_time_limit_counts_by_the_clock_that_was_given():
+    start, goal = at(-0.3, 0.0, 1.1), turned(at(-0.3, 0.0, 1.1), 1.5)
+    surroundings = ArmCollision(arm(), (*station_boxes(), WALL))
+    standing = ArmPlanner(surroundings, LIMITS, 0.02, 1, clock=lambda: 5.0)
+    assert len(standing.plan(start, goal, 0.001)) > 2
+    leaping = ArmPlanner(surroundings, LIMITS, 0.02, 1, clock=itertools.count(0, 100).__next__)
+    with pytest.raises(ArmError, match=r"no path found in 200 of 30 s from \("):
+        leaping.plan(start, goal, 30.0)
 
 
 def turned(q: np.ndarray, angle_rad: float) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import time
 from dataclasses import replace
 from functools import lru_cache
 
@@ -44,6 +46,11 @@ def test_planned_ways_reach_all_without_a_touch() -> None:
         for motion in leg.motions:
             assert check_limits(motion, arm_limits()).kept
             assert all(collision.free(q, 0.004) for q in motion.sampled(0.01)[1])
+
+
+def test_a_machine_that_stands_still_costs_no_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time, "monotonic", itertools.count(0, 1000).__next__)
+    assert [leg.reason for leg in plan_ways(SCENE, Variant.YARM, SEED).legs] == [""] * 5
 
 
 def test_planned_ways_stand_obstacles_that_are_a_little_elsewhere() -> None:
