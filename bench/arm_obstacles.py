@@ -3,9 +3,9 @@
 
     python3 bench/arm_obstacles.py [--seeds 100] [--others 10]
 
-A seed moves the obstacles by up to 5 mm and draws the planner's chance; each has a process of its own, as OMPL takes one
-seed a process, so that a row is the same whichever were made before it. Rows are kept in bench/data/arm_obstacles.csv: a
-run that was stopped goes on where it was; the table is of all rows there.
+A seed moves the obstacles by up to 5 mm and draws the planner's chance; each has a process of its own, as OMPL takes
+one seed a process, so that a row is the same whichever were made before it. Rows are kept in
+bench/data/arm_obstacles.csv: a run that was stopped goes on where it was; the table is of all rows there.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ class Pick:
         self._rng = np.random.default_rng((number, 1000 if error == ALIGNED else round(1000 * float(error))))
         self._aligns = error == ALIGNED
         self._on_part = bool(self._rng.integers(2))
-        low, high = ((-0.42, -0.27), (-0.08, 0.27)) if self._on_part else ((0.0, -0.5), (0.35, 0.5))
+        low, high = ((-0.42, -0.27), (-0.08, 0.27)) if self._on_part else ((0.045, -0.5), (0.35, 0.5))
         self._x, self._y = self._rng.uniform(low, high).tolist()
         heading = math.pi + (self._rng.uniform(-1.0, 1.0) * BEGINS_WITHIN_RAD if self._aligns else 0.0)
         off = self._disc(BEGINS_WITHIN_M if self._aligns else float(error))
@@ -148,13 +148,12 @@ class Pick:
             off = _off(world)
             self._lowered(world, hand)
             return 1, "" if hand.grasping else "not taken", off
-        reason, off = "", math.inf
-        for number in range(1, TRIES + 1):
+        number, reason, off = 0, "not tried", math.inf
+        while reason and number < TRIES:
+            number += 1
             reason = self._aligned(world, robot)
             off = _off(world)
             reason = reason or self._worked(world, hand)
-            if not reason:
-                break
         return number, reason, off
 
     def _aligned(self, world: SimWorld, robot: Ankurbot) -> str:

@@ -226,7 +226,17 @@ def through_waypoints(points: npt.ArrayLike, limits: MotionLimits) -> Trajectory
 def _slowed(trajectory: Trajectory, limits: MotionLimits) -> Trajectory:
     """The same motion stretched in time until every limit is kept: TOPP-RA holds them at its grid points only."""
     check = check_limits(trajectory, limits, CHECK_S)
-    factor = max(1.0, check.speed, math.sqrt(check.acceleration)) * (1.0 + OVER)
+    return stretched(trajectory, max(1.0, check.speed, math.sqrt(check.acceleration)) * (1.0 + OVER))
+
+
+def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    """The same way in a time that is longer by a factor above 0.
+
+    Raises:
+        TrajectoryError: another factor.
+    """
+    if not (math.isfinite(factor) and factor > 0.0):
+        raise TrajectoryError(f"a motion is stretched by a finite factor above 0, not {factor}")
 
     def evaluate(times: FloatArray) -> Sampled:
         q, speed, acceleration = trajectory.evaluate(times / factor)

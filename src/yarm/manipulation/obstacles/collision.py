@@ -40,6 +40,10 @@ LINK_2_OVER_LINK_1_M = 0.019
 LINK_5_OVER_LINK_4_M = 0.130
 """Between origins of the URDF's links where the kinematics need none."""
 
+LOAD = "load"
+"""Name of what hangs on the cup, in answers."""
+LINK_4 = 4
+
 
 @lru_cache(maxsize=1)
 def arm_description() -> Tuple[str, UrdfModel]:
@@ -63,12 +67,15 @@ def _order(model: UrdfModel) -> List[str]:
 class YoubotCollision:
     """Distances of the arm to obstacles and to itself. Not thread-safe."""
 
-    def __init__(self, obstacles: Sequence[Obstacle], library: Optional[Path] = None) -> None:
+    def __init__(
+        self, obstacles: Sequence[Obstacle], library: Optional[Path] = None, load: Optional[Solid] = None
+    ) -> None:
         """Build both.
 
         Args:
             obstacles: in the arm's frame; they stay where they are.
             library: of the C++ distances; None for the one that is built, if any is.
+            load: what hangs on the cup, in arm_link_5's frame.
         """
         _, model = arm_description()
         order = _order(model)
@@ -77,6 +84,10 @@ class YoubotCollision:
         for solid in model.solids:
             group, T_group_link = model.rigid_group(solid.link)
             self._links.append((order.index(group), T_group_link @ solid.pose, self._object(solid, solid.link)))
+        carried: List[Solid] = list(model.solids)
+        if load is not None:
+            self._links.append((len(order) - 1, load.pose, self._object(load, LOAD)))
+            carried.append(load)
         self._order = np.array([index for index, _, _ in self._links])
         self._solids = np.array([pose for _, pose, _ in self._links])
         separate = separate_links(model)
@@ -84,14 +95,20 @@ class YoubotCollision:
         self._pairs = np.array(
             [(a, b) for a, b in combinations(range(len(owners)), 2) if (owners[a], owners[b]) in separate]
         )
-        radii = np.array([np.linalg.norm(solid.half_extent) for solid in model.solids])
+        if load is not None:
+            # Link 4 is a hand's length off, and what hangs on link 5 moves with it.
+            own = [(index, len(owners)) for index, place in enumerate(self._order[:-1]) if place < LINK_4]
+            self._pairs = np.vstack([self._pairs, own])
+        radii = np.array([np.linalg.norm(solid.half_extent) for solid in carried])
         self._pair_radii = radii[self._pairs].sum(axis=1)
         # What is bolted down stands where it stands: it is no obstacle's fault.
         self._arm = fcl_manager([item for index, _, item in self._links if index > 0])
         self._obstacles = fcl_manager([self._object(obstacle.solid, obstacle.name) for obstacle in obstacles])
         self._empty = not obstacles
         path = library or library_path()
-        self._native = None if path is None else NativeClearance(path, self._body(model), [o.solid for o in obstacles])
+        self._native = (
+            None if path is None else NativeClearance(path, self._body(model, carried), [o.solid for o in obstacles])
+        )
 
     def clearance(self, q: FloatArray, within_m: float) -> Clearance:
         """Least distance at a configuration, 0 where something overlaps.
@@ -121,11 +138,11 @@ class YoubotCollision:
             return self._native.clearance(urdf_angles(q), margin_m) >= margin_m
         return self.clearance(q, margin_m).distance_m >= margin_m
 
-    def _body(self, model: UrdfModel) -> ArmBody:
+    def _body(self, model: UrdfModel, carried: Sequence[Solid]) -> ArmBody:
         joints = [model.joints[name] for name in JOINT_NAMES]
         placed = [joint.T_parent_child for joint in joints]
         placed[0] = model.rigid_group(joints[0].parent)[1] @ placed[0]
-        solids = [Solid(s.shape, s.size, pose) for s, pose in zip(model.solids, self._solids)]
+        solids = [Solid(s.shape, s.size, pose) for s, pose in zip(carried, self._solids)]
         axes = np.array([joint.axis for joint in joints], dtype=float)
         return ArmBody(np.array(placed), axes, solids, self._order, self._pairs)
 

@@ -41,7 +41,7 @@ class YoubotFloor:
         for piece in scene.debris:
             height = 0.5 * piece.height_m + DROP_M
             uid = load_urdf(self.client, text, (piece.x, piece.y, height), piece.yaw_rad, fixed=False)
-            pybullet.changeDynamics(uid, -1, frictionAnchor=1, physicsClientId=self.client)
+            pybullet.changeDynamics(uid, -1, mass=piece.mass_kg, frictionAnchor=1, physicsClientId=self.client)
             self._pieces[piece.name], self._names[uid] = uid, piece.name
         self.robot = Youbot(self.client, scene.start, joints, np.random.default_rng(seed))
         self._steps = 0

@@ -3,7 +3,7 @@
     start: {x: 0.0, y: 0.0, heading_deg: 0}
     bin: {x: 1.5, y: 0.0, heading_deg: 0, size: [0.40, 0.30, 0.20]}   # outside, the rim is the third, 0.30 at most
     debris:
-      - {name: debris_1, x: 0.5, y: -0.9, yaw_deg: 30}
+      - {name: debris_1, x: 0.5, y: -0.9, yaw_deg: 30}                # mass_kg: 0.3 unless given
     obstacles:
       - {name: post, size: [0.2, 0.2, 0.5], x: 0.8, y: 0.6}
 
@@ -29,6 +29,8 @@ RIM_M = 0.30
 """Highest rim that the arm gets a piece over."""
 WALL_M = 0.01
 DEBRIS_HEIGHT_M = 0.04
+DEBRIS_KG = 0.30
+"""As urdf/cell/debris.urdf.xacro has it, unless a scene says otherwise."""
 MOST = 20
 SPREAD_M = 0.25
 """Debris of a seed other than 0 lies up to so far from where the scene has it."""
@@ -36,13 +38,14 @@ SPREAD_M = 0.25
 
 @dataclass(frozen=True)
 class FloorPiece:
-    """Debris on the floor: name, middle, metres, heading of its long axis, rad, and height, metres."""
+    """Debris on the floor: name, middle, metres, heading of its long axis, rad, height, metres, and mass, kg."""
 
     name: str
     x: float
     y: float
     yaw_rad: float
     height_m: float = DEBRIS_HEIGHT_M
+    mass_kg: float = DEBRIS_KG
 
 
 @dataclass(frozen=True)
@@ -133,8 +136,9 @@ def _piece(fields: Fields) -> FloorPiece:
     name = fields.text("name")
     x, y = (fields.number(axis, -HALF_M, HALF_M, "m") for axis in ("x", "y"))
     yaw = fields.number("yaw_deg", -360.0, 360.0, "deg", default=0.0)
+    mass = fields.number("mass_kg", 0.05, 20.0, "kg", default=DEBRIS_KG)
     fields.finish()
-    return FloorPiece(name, x, y, math.radians(yaw))
+    return FloorPiece(name, x, y, math.radians(yaw), mass_kg=mass)
 
 
 def _obstacle(fields: Fields) -> Tuple[str, Solid]:
