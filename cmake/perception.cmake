@@ -16,6 +16,7 @@ add_library(yarm_perception
   src/perception/occupancy.cpp
   src/perception/original_associator.cpp
   src/perception/pcl_backend.cpp
+  src/perception/piece.cpp
   src/perception/predict.cpp
   src/perception/remainder.cpp
   src/perception/scene_model.cpp
@@ -69,6 +70,7 @@ if(CATKIN_ENABLE_TESTING)
       perception_map_test
       perception_original_test
       perception_unknown_test
+      perception_piece_test
       perception_view_test)
     catkin_add_gtest(${test} test/cpp/perception/${test}.cpp)
     target_link_libraries(${test} yarm_scene_factory gtest_main)

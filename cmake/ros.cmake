@@ -62,6 +62,7 @@ if(CATKIN_ENABLE_TESTING)
     src/perception/object_memory.cpp
     src/perception/occupancy.cpp
     src/perception/original_associator.cpp
+    src/perception/piece.cpp
     src/perception/remainder.cpp
     src/perception/scene_model.cpp
     src/perception/solids.cpp

@@ -4,6 +4,7 @@
 #include "present_set.hpp"
 #include "remainder.hpp"
 #include "surface_explainer.hpp"
+#include "yarm/perception/piece.hpp"
 
 #include <unordered_map>
 
@@ -95,7 +96,9 @@ class YarmAssociator : public Associator {
       }
     }
     for (int i = 0; i < set_.objectCount(); ++i) {
-      fillHidden(i, result_.objects[static_cast<std::size_t>(i)]);
+      AssociatedObject& out = result_.objects[static_cast<std::size_t>(i)];
+      out.piece = out.object == ObjectKind::kDebris ? pieceOf(seenOf(out)) : std::nullopt;
+      fillHidden(i, out);
     }
     fillInsides();
     if (set_.calibrating) {
@@ -118,6 +121,16 @@ class YarmAssociator : public Associator {
     out.points.clear();
     out.source.clear();
     out.hidden.clear();
+  }
+
+  /// The points of an object where the cameras saw them, not laid onto its known surface.
+  [[nodiscard]] std::vector<Eigen::Vector3f> seenOf(const AssociatedObject& object) const {
+    std::vector<Eigen::Vector3f> seen;
+    seen.reserve(object.source.size());
+    for (const std::uint32_t i : object.source) {
+      seen.push_back(set_.seenAt(i));
+    }
+    return seen;
   }
 
   void fillHidden(int i, AssociatedObject& out) {

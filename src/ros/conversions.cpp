@@ -165,7 +165,42 @@ void fillAssociated(const perception::AssociatedSet& set, const perception::Grid
     cluster.frame = object.name;
     cluster.object = toString(object.object);
     cluster.unknown = object.is_unknown ? 1 : 0;
+    if (object.piece) {
+      cluster.piece = pieceMessage(object.name, *object.piece);
+    }
   }
+}
+
+yarm::PieceView pieceMessage(const std::string& name, const perception::PieceView& view) {
+  yarm::PieceView message;
+  message.name = name;
+  message.points = static_cast<std::int32_t>(view.points);
+  message.top.x = view.top.x();
+  message.top.y = view.top.y();
+  message.top.z = view.top.z();
+  message.axis = view.axis_rad;
+  message.length = view.length;
+  message.width = view.width;
+  return message;
+}
+
+Read<std::optional<perception::PieceView>> readPiece(const yarm::PieceView& message) {
+  Read<std::optional<perception::PieceView>> read;
+  if (message.points <= 0) {
+    return read;
+  }
+  perception::PieceView view;
+  view.points = static_cast<std::size_t>(message.points);
+  view.top = {message.top.x, message.top.y, message.top.z};
+  view.axis_rad = message.axis;
+  view.length = message.length;
+  view.width = message.width;
+  if (view.top.allFinite() && std::isfinite(view.axis_rad + view.length + view.width)) {
+    read.value = view;
+  } else {
+    read.reason = "what is seen of it must be finite numbers";
+  }
+  return read;
 }
 
 Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
@@ -192,6 +227,11 @@ Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, percepti
     object.stamp_ns = toNs(cluster.transform.header.stamp);
     object.attached_to = cluster.attached_to;
     object.source.clear();
+    const Read<std::optional<perception::PieceView>> piece = readPiece(cluster.piece);
+    if (!piece.ok()) {
+      addFault(read.reason, cluster.frame + ": " + piece.reason);
+    }
+    object.piece = piece.value;
     for (const auto& [cloud, points] :
          {std::make_pair(&cluster.cloudpoints, &object.points), std::make_pair(&cluster.hidden, &object.hidden)}) {
       Read<std::vector<Eigen::Vector3f>> taken = readPoints(*cloud);

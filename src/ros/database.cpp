@@ -173,6 +173,9 @@ void Database::publishMetadata(const perception::OccupancyGrid& grid) {
     yarm::GridIndexVector cells;
     cells.indices = cellsOf(grid.spec, grid.object_cells[i]);
     message->grid_indices.push_back(std::move(cells));
+    if (object.piece) {
+      message->pieces.push_back(pieceMessage(object.name, *object.piece));
+    }
   }
   message->grid.assign(grid.cells.begin(), grid.cells.end());
   message->collisions = cellsOf(grid.spec, grid.collisions);

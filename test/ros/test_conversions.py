@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
-from yarm.msg import GridIndex, GridIndexVector, MapMetaData
+from yarm.msg import GridIndex, GridIndexVector, MapMetaData, PieceView
 
-from yarm.geometry import quaternion_from_rpy, rotation_of_quaternion, transform_matrix
+from yarm.geometry import SeenPiece, quaternion_from_rpy, rotation_of_quaternion, transform_matrix
 from yarm.ros.commander.reports import exact_time
 from yarm.ros.common.conversions import (
     matrix_of_pose,
@@ -76,6 +76,27 @@ def test_a_grid_is_read_from_its_bytes():
     assert (robot.kind, robot.uid, robot.cells.tolist()) == ("Mobile", 3, [[0, 1, 2]])
     assert robot.position_m == (0.1, 0.2, 0.9) and robot.quaternion == (0.0, 0.0, 1.0, 0.0)
     assert found.objects["böx"].cells.shape == (0, 3)
+    assert all(thing.piece is None for thing in found.objects.values())
+
+
+def test_what_is_seen_of_debris_is_read_after_the_collisions():
+    seen = PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
+    found = parse_map_metadata(serialised(metadata(pieces=[seen], collisions=[GridIndex(0, 1, 2)])))
+    assert found.objects["böx"].piece == SeenPiece(42, (0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
+    assert found.objects["ankurbot_1"].piece is None
+
+
+@pytest.mark.parametrize(
+    ("seen", "words"),
+    [
+        (PieceView("nobody", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06), "'nobody' is seen, which is not on the map"),
+        (PieceView("böx", 42, Point(math.nan, -0.2, 0.77), 0.5, 0.15, 0.06), "böx must be finite"),
+        (PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, math.inf, 0.06), "böx must be finite"),
+    ],
+)
+def test_a_piece_that_makes_no_sense_is_refused(seen, words):
+    with pytest.raises(ValueError, match=words):
+        parse_map_metadata(serialised(metadata(pieces=[seen])))
 
 
 @pytest.mark.parametrize(

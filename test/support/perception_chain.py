@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
-from typing import Dict, List, Sequence, Tuple
+from dataclasses import dataclass, field
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
 from support.launched import DEVEL
+from yarm.geometry import SeenPiece
 
 CAMERAS, EDGE = 4, 320
 SHAPES = {"box": 0, "sphere": 1, "cylinder": 2, "capsule": 3}
@@ -98,10 +99,11 @@ class KnownBody:
 
 @dataclass(frozen=True)
 class ChainMap:
-    """The map of one set: grid (50, 50, 20) of 0, 1, 2 and the cells (n, 3) of each object by name."""
+    """The map of one set: grid (50, 50, 20) of 0, 1, 2, the cells (n, 3) of each object, the debris seen; by name."""
 
     grid: npt.NDArray[np.int8]
     cells: Dict[str, npt.NDArray[np.int64]]
+    pieces: Dict[str, SeenPiece] = field(default_factory=dict)
 
 
 class PerceptionChain:
@@ -146,8 +148,9 @@ class PerceptionChain:
         del kept
         grid = np.empty(GRID, np.int8)
         library.yarm_chain_grid(handle, _pointer(grid))
-        cells = {library.yarm_chain_name(handle, i).decode(): self._cells(i) for i in range(count)}
-        return ChainMap(grid, cells)
+        names = [library.yarm_chain_name(handle, i).decode() for i in range(count)]
+        pieces = {name: piece for i, name in enumerate(names) for piece in [self._piece(i)] if piece is not None}
+        return ChainMap(grid, {name: self._cells(i) for i, name in enumerate(names)}, pieces)
 
     def watch(
         self,
@@ -201,6 +204,13 @@ class PerceptionChain:
             library.yarm_chain_solid(
                 handle, name, solid.frame.encode(), SHAPES[solid.shape], _pointer(size), _pointer(pose)
             )
+
+    def _piece(self, index: int) -> Optional[SeenPiece]:
+        found = np.empty(7, np.float64)
+        if not self._library.yarm_chain_piece(self._handle, index, _pointer(found)):
+            return None
+        points, x, y, z, axis_rad, length_m, width_m = found.tolist()
+        return SeenPiece(int(points), (x, y, z), axis_rad, length_m, width_m)
 
     def _cells(self, index: int) -> npt.NDArray[np.int64]:
         flat = np.empty(int(np.prod(GRID)), np.int32)

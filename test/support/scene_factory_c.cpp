@@ -157,6 +157,20 @@ int yarm_chain_cells(void* chain, int object, int* out, int capacity) {
   return static_cast<int>(cells.size());
 }
 
+/// Copies what is seen of an object as a piece of debris: points, top x, y, z, axis, length, width; 0 when nothing is.
+int yarm_chain_piece(void* chain, int object, double* out) {
+  const auto& piece = static_cast<Chain*>(chain)->result->objects[static_cast<std::size_t>(object)].piece;
+  if (!piece) {
+    return 0;
+  }
+  out[0] = static_cast<double>(piece->points);
+  std::copy_n(piece->top.data(), 3, out + 1);
+  out[4] = piece->axis_rad;
+  out[5] = piece->length;
+  out[6] = piece->width;
+  return 1;
+}
+
 /// Number of points in the box.
 int yarm_chain_points(void* chain) {
   return static_cast<int>(static_cast<Chain*>(chain)->set.points.size());

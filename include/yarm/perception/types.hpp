@@ -134,6 +134,18 @@ using LinkPoses = std::unordered_map<std::string, Eigen::Isometry3d>;
 /// Name of the n-th thing that nobody registered: "unknown_<n>".
 [[nodiscard]] std::string unknownName(std::int64_t number);
 
+/// Fewest points from which anything is said of a piece of debris.
+constexpr std::size_t kLeastPiecePoints = 10;
+
+/// What the cameras see of a piece of debris in one set: where a hand would take it.
+struct PieceView {
+  std::size_t points{0};               ///< seen of it
+  Eigen::Vector3d top{0.0, 0.0, 0.0};  ///< over its middle, at the height of its top, metres, world
+  double axis_rad{0.0};                ///< direction of its longer side, (-pi/2, pi/2], world
+  double length{0.0};                  ///< extent along that side, metres
+  double width{0.0};                   ///< extent across it, metres
+};
+
 /// One object with the points that are its own.
 struct AssociatedObject {
   std::string name;                          ///< unique name; "unknown_<n>" for things nobody registered
@@ -149,6 +161,7 @@ struct AssociatedObject {
                                          ///< hidden sides, carried clouds; metres, world
   std::vector<std::string> attached_to;  ///< objects this one rests on or is bolted to: sharing cells with them is no
                                          ///< collision, and the shared cells are this object's
+  std::optional<PieceView> piece;        ///< of debris whose points were seen: where a hand would take it
 };
 
 /// The result of one association.

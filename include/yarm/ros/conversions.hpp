@@ -11,8 +11,10 @@
 #include <yarm/AssociatedClusterVector.h>
 #include <yarm/CloudVector.h>
 #include <yarm/ObjectRegistry.h>
+#include <yarm/PieceView.h>
 #include <yarm/TransformStampedVector.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +59,11 @@ void fillAssociated(const perception::AssociatedSet& set, const perception::Grid
 /// The same read back into `set` and `grid`; everything that makes no sense is named in the reason.
 Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
                           perception::GridSpec& grid);
+
+/// What is seen of a piece of debris, with the object's name.
+yarm::PieceView pieceMessage(const std::string& name, const perception::PieceView& view);
+/// The same read back; empty when the message says of no points, refused when its numbers are not finite.
+Read<std::optional<perception::PieceView>> readPiece(const yarm::PieceView& message);
 
 /// Seeds of one message. Entries that make no sense are left out and named in the reason.
 Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector& message);

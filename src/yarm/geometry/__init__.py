@@ -1,6 +1,6 @@
 """Grid, poses, masks and column images; NumPy only."""
 
-from yarm.geometry.cell_map import CellMap, MappedObject
+from yarm.geometry.cell_map import CellMap, MappedObject, SeenPiece
 from yarm.geometry.columns import (
     ColumnImage,
     cells_from_columns,
@@ -35,6 +35,7 @@ __all__ = [
     "MappedObject",
     "Mask",
     "Pose2",
+    "SeenPiece",
     "cells_from_columns",
     "columns_from_cells",
     "columns_from_grid",

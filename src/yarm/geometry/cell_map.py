@@ -3,12 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Mapping, Tuple
+from typing import Mapping, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
 from yarm.geometry.grid import GridSpec, IntArray
+
+
+@dataclass(frozen=True)
+class SeenPiece:
+    """What the cameras see of a piece of debris, from its points alone.
+
+    Attributes:
+        points: seen of it.
+        top_m: over its middle, at the height of its top, metres, world.
+        axis_rad: direction of its longer side, rad, world; half a turn means the same.
+        length_m: extent along that side, metres.
+        width_m: extent across it, metres.
+    """
+
+    points: int
+    top_m: Tuple[float, float, float]
+    axis_rad: float
+    length_m: float
+    width_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +41,7 @@ class MappedObject:
         position_m: seed (a robot's end effector), metres, world.
         quaternion: seed orientation x, y, z, w.
         cells: (n, 3) its cells; none for a target.
+        piece: what is seen of it, of debris; None for anything else, and for debris that is not seen.
     """
 
     name: str
@@ -30,6 +50,7 @@ class MappedObject:
     position_m: Tuple[float, float, float]
     quaternion: Tuple[float, float, float, float]
     cells: IntArray
+    piece: Optional[SeenPiece] = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,16 @@ import numpy.typing as npt
 import rospy
 from geometry_msgs.msg import Pose, Transform
 
-from yarm.geometry import CellMap, FloatArray, GridSpec, MappedObject, Pose2, transform_matrix, yaw_of_quaternion
+from yarm.geometry import (
+    CellMap,
+    FloatArray,
+    GridSpec,
+    MappedObject,
+    Pose2,
+    SeenPiece,
+    transform_matrix,
+    yaw_of_quaternion,
+)
 from yarm.ros.common import names
 from yarm.ros.common.checks import Doorkeeper, map_fault, present_s
 
@@ -81,13 +90,16 @@ def _parse(reader: _Reader) -> CellMap:
     poses = [_transform(reader) for _ in range(reader.count())]
     cells = [_cells(reader) for _ in range(reader.count())]
     grid = reader.array("i1", reader.count())
+    reader.array("<i4", 3 * reader.count())
+    pieces = dict(_piece(reader) for _ in range(reader.count()))
     if not len(names_) == len(uids) == len(kinds) == len(poses) == len(cells):
         raise ValueError("the arrays of objects differ in length")
     if len(grid) != spec.n_cells:
         raise ValueError(f"the grid has {len(grid)} values, its shape {spec.shape} needs {spec.n_cells}")
     _check_contents(spec, names_, cells, grid)
+    _check_pieces(names_, pieces)
     objects: Dict[str, MappedObject] = {
-        name: MappedObject(name, kind, int(uid), pose[:3], pose[3:], own)  # type: ignore[arg-type]
+        name: MappedObject(name, kind, int(uid), pose[:3], pose[3:], own, pieces.get(name))  # type: ignore[arg-type]
         for name, kind, uid, pose, own in zip(names_, kinds, uids, poses, cells)
     }
     return CellMap(stamp_s, spec, grid.reshape(spec.shape), objects)  # type: ignore[arg-type]
@@ -109,6 +121,26 @@ def _check_contents(
             raise ValueError(f"{name} has cells outside the grid of {spec.shape}")
     if len(grid) and (grid.min() < 0 or grid.max() > 2):
         raise ValueError(f"the grid's values {grid.min()} to {grid.max()} must be 0, 1 or 2")
+
+
+def _check_pieces(object_names: List[str], pieces: Dict[str, SeenPiece]) -> None:
+    """Refuse pieces of nothing on the map, and numbers that are not finite.
+
+    Raises:
+        ValueError: the first fault.
+    """
+    for name, piece in pieces.items():
+        if name not in object_names:
+            raise ValueError(f"a piece of {name!r} is seen, which is not on the map")
+        if not np.isfinite((*piece.top_m, piece.axis_rad, piece.length_m, piece.width_m)).all():
+            raise ValueError(f"what is seen of {name} must be finite numbers, not {piece}")
+
+
+def _piece(reader: _Reader) -> Tuple[str, SeenPiece]:
+    name = reader.text()
+    points = int(reader.unpack("i")[0])
+    x, y, z, axis_rad, length_m, width_m = reader.unpack("6d")
+    return name, SeenPiece(points, (x, y, z), axis_rad, length_m, width_m)
 
 
 def _cells(reader: _Reader) -> npt.NDArray[np.int64]:
