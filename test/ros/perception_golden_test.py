@@ -69,6 +69,14 @@ class GoldenTest(unittest.TestCase):
         lost.indices.pop()
         self.assertNotEqual(golden.differences(self.found["nodelets"][-1], got), [])
 
+    def test_a_piece_that_moved_or_is_gone_is_noticed(self):
+        last = self.found["nodelets"][-1]
+        moved, gone = (golden.from_bytes(MapMetaData, golden.to_bytes(last)) for _ in range(2))
+        moved.pieces[0].top.x += 0.001
+        gone.pieces.pop()
+        for got in (moved, gone):
+            self.assertNotEqual(golden.differences(last, got), [])
+
 
 if __name__ == "__main__":
     init_node("perception_golden_test")

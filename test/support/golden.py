@@ -18,6 +18,8 @@ from yarm.sim.sensors.camera_model import CLOUD_DTYPE, CameraModel
 FILE = Path(__file__).resolve().parents[1] / "data" / "golden_sets.npz"
 DEPTH_STEP_M = 0.004
 CAMERAS = (1, 2, 3, 4)
+PIECE_TOLERANCE = 1e-5
+"""Metres and rad: what is seen of a piece comes from single precision; a point more or less is a difference."""
 
 
 @dataclass(frozen=True)
@@ -139,4 +141,21 @@ def differences(expected: Any, got: Any) -> List[str]:
                 found.append(f"{name}: {len(cells_a - cells_b)} cells lost, {len(cells_b - cells_a)} cells new")
         if bytes(bytearray(x & 255 for x in expected.grid)) != bytes(bytearray(x & 255 for x in got.grid)):
             found.append("grid")
-    return found
+    return found + _piece_differences(expected, got)
+
+
+def _piece_differences(expected: Any, got: Any) -> List[str]:
+    """What differs between the pieces of debris that two MapMetaData see, in words."""
+    seen, found = ({p.name: _piece_numbers(p) for p in m.pieces} for m in (expected, got))
+    if set(seen) != set(found):
+        return [f"pieces seen: {sorted(seen)} expected, {sorted(found)} found"]
+    return [
+        f"piece {name}: {numbers} expected, {found[name]} found"
+        for name, numbers in seen.items()
+        if not np.allclose(found[name], numbers, rtol=0.0, atol=PIECE_TOLERANCE)
+    ]
+
+
+def _piece_numbers(piece: Any) -> List[float]:
+    """Points, top x, y, z (m), axis (rad), length, width (m) of a PieceView."""
+    return [piece.points, piece.top.x, piece.top.y, piece.top.z, piece.axis, piece.length, piece.width]
