@@ -21,7 +21,7 @@ def test_a_status_goes_through_ros_with_the_word_of_its_tasks_kind() -> None:
     wire, received = BytesIO(), CommanderStatus()
     message.serialize(wire)
     received.deserialize(wire.getvalue())
-    assert [task.kind for task in received.tasks] == ["Clear", "Debris", "Target", "Home"]
+    assert [task.kind for task in received.tasks] == ["Clear", "Bin", "Debris", "Target", "Home"]
     assert {task.status for task in received.tasks} == {"moving"} and received.outcome == ""
     assert received.state_name == "BOUNDED" and received.header.stamp.to_sec() == 12.5
 

@@ -40,6 +40,8 @@ class GoalKind(str, Enum):
 
     CLEAR = "Clear"
     """A place the task queue sends an idle robot to."""
+    BIN = "Bin"
+    """Over a bin, for the robot that carries something there."""
     DEBRIS = "Debris"
     TARGET = "Target"
     HOME = "Home"
@@ -69,6 +71,7 @@ class Robot:
         yaw_rad: heading, rad, world.
         mask: its cells relative to the end effector's column at this heading; may reach out of the grid.
         position_m: end effector x, y, metres, world; None for the centre of its column.
+        carries: name of what it has in its hand, also in its mask; empty for nothing.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Robot:
     yaw_rad: float
     mask: Mask
     position_m: Optional[Tuple[float, float]] = None
+    carries: str = ""
 
     @property
     def cells(self) -> IntArray:

@@ -14,12 +14,13 @@ The Commander's loop around it::
             task = queue.task_of(robot.name)
             if task is not None and robot.column == task.goal.column:
                 queue.pop(robot.name)                  # its task says DELETING where there is a body to delete
-                                                       # ... queue.deleted(name) when it has been deleted
+                                                       # ... queue.deleted(name) when it has been deleted, or
+                                                       # queue.hold and laid_down when it is carried off
 
 - ``update`` drops goals that are no longer shown (their robot is idle again), follows those that moved, adds new ones.
-- ``process`` assigns idle robots: debris before targets before homes, the sum of the travel distances least (the
-  assignment problem of H. W. Kuhn, 1955, solved as in D. F. Crouse, "On implementing 2D rectangular assignment
-  algorithms", IEEE Transactions on Aerospace and Electronic Systems 52, 2016). A goal no
+- ``process`` assigns idle robots: bins before debris before targets before homes, the sum of the travel distances
+  least (the assignment problem of H. W. Kuhn, 1955, solved as in D. F. Crouse, "On implementing 2D rectangular
+  assignment algorithms", IEEE Transactions on Aerospace and Electronic Systems 52, 2016). A goal no
   robot can reach is not assigned but listed in ``unreachable`` with the reason, and tried again when the map changes.
   Goals that cannot be held at the same time wait for each other.
 - An idle robot that stands inside ``keep_clear`` is given a goal of kind CLEAR, named ``clear/<robot>``, made here: a
@@ -27,6 +28,7 @@ The Commander's loop around it::
   (``RobotPlan`` with an empty goal), without a task; one moved into ``keep_clear`` stays there until those it made way
   for are done.
 - ``reject(robot, reason)`` gives a goal back that the planner found INFEASIBLE.
+- A goal of kind BIN is for the robot that carries something there; a robot that carries something serves no debris.
 - Everything about a task stands in its one record, also when it is done: ``deleting`` is what somebody has still to
   delete, ``leaving`` what is done with its body on the map, ``start_over`` forgets the rest for the next mission.
 """
@@ -47,7 +49,7 @@ from yarm.planning.model.types import Goal, GoalKind, PlanRequest, Robot
 from yarm.planning.tasks.aside import StoodAside
 from yarm.planning.tasks.travel import Travel
 
-KIND_ORDER = (GoalKind.CLEAR, GoalKind.DEBRIS, GoalKind.TARGET, GoalKind.HOME)
+KIND_ORDER = (GoalKind.CLEAR, GoalKind.BIN, GoalKind.DEBRIS, GoalKind.TARGET, GoalKind.HOME)
 """Kinds of goals, most urgent first."""
 
 LEAVING_CELLS = 1e4
@@ -56,13 +58,16 @@ NO_WAY_CELLS = 1e7
 """What a pair without a way counts there: more than any robot taken off its goal."""
 
 BODIES = (GoalKind.DEBRIS, GoalKind.TARGET)
-"""Kinds of goals with a body on the map, which is deleted when it is reached."""
+"""Kinds of goals with a body on the map, which is deleted, or carried off, when it is reached."""
+PASSING = (GoalKind.CLEAR, GoalKind.BIN)
+"""Kinds of goals that are forgotten when they are reached."""
 
 
 class TaskStatus(Enum):
     """What has become of a goal.
 
-    OPEN, ASSIGNED and UNREACHABLE lead to one another; ASSIGNED ends in DELETING or REACHED, DELETING in REACHED.
+    OPEN, ASSIGNED and UNREACHABLE lead to one another; ASSIGNED ends in DELETING, HELD or REACHED, DELETING and HELD
+    (in a robot's hand, or about to be) in REACHED.
     LEAVING is what an earlier mission has reached and the map still shows; it ends with the body.
     """
 
@@ -70,6 +75,7 @@ class TaskStatus(Enum):
     ASSIGNED = "ASSIGNED"
     UNREACHABLE = "UNREACHABLE"
     DELETING = "DELETING"
+    HELD = "HELD"
     REACHED = "REACHED"
     LEAVING = "LEAVING"
 
@@ -142,7 +148,7 @@ class TaskQueue:
 
     @property
     def finished(self) -> Tuple[Task, ...]:
-        """What robots have reached since the last ``start_over``, deleted or not, without goals of kind CLEAR."""
+        """What robots have reached since the last ``start_over``, deleted or not, without what is only passed."""
         return tuple(task for task in self._done.values() if task.status is not TaskStatus.LEAVING)
 
     @property
@@ -252,7 +258,7 @@ class TaskQueue:
             now_s: the time, s.
 
         Returns:
-            the task as it is now: DELETING when it has a body, else REACHED. One of kind CLEAR is forgotten.
+            the task as it is now: DELETING when it has a body, else REACHED. Of the kinds PASSING it is forgotten.
 
         Raises:
             KeyError: the robot has no goal.
@@ -263,9 +269,36 @@ class TaskQueue:
         body = task.kind in BODIES
         status = TaskStatus.DELETING if body else TaskStatus.REACHED
         task = replace(task, status=status, reason="", since_s=now_s, on_map=body)
-        if task.kind is not GoalKind.CLEAR:
+        if task.kind not in PASSING:
             self._done[name] = task
         return task
+
+    def hold(self, goal: Goal, robot: str, now_s: float = math.nan) -> None:
+        """Something with a body is in a robot's hand, or about to be: it is no goal, and not in the way.
+
+        Raises:
+            KeyError: somebody is on the way to it.
+        """
+        task = self._tasks.get(goal.name)
+        if task is not None and task.robot:
+            raise KeyError(f"{goal.name} is a goal of {task.robot}")
+        self._tasks.pop(goal.name, None)
+        self._done[goal.name] = Task(goal, TaskStatus.HELD, robot, since_s=now_s)
+
+    def laid_down(self, name: str, now_s: float = math.nan) -> None:
+        """What a robot held lies where it was to go.
+
+        Raises:
+            KeyError: nobody holds it.
+        """
+        task = self._done.get(name)
+        if task is None or task.status is not TaskStatus.HELD:
+            raise KeyError(f"{name} is not held: it is {task.status.value if task else 'unknown'}")
+        self._done[name] = replace(task, status=TaskStatus.REACHED, since_s=now_s)
+
+    def undone(self, name: str) -> None:
+        """Something is a goal again as soon as ``update`` shows it, whatever was done with it; nothing when unknown."""
+        self._done.pop(name, None)
 
     def note(self, robot: str, reason: str) -> None:
         """Write down why a robot does not come nearer to its goal; empty when it does.
@@ -303,9 +336,10 @@ class TaskQueue:
     def start_over(self) -> None:
         """Forget every task, for another mission, but what is done and still on the map: that stays no goal.
 
-        A deletion that was not answered is not asked for again.
+        A deletion that was not answered is not asked for again; what is held must be told again by ``hold``.
         """
-        shown = {name: replace(task, status=TaskStatus.LEAVING) for name, task in self._done.items() if task.on_map}
+        done = {name: task for name, task in self._done.items() if task.status is not TaskStatus.HELD}
+        shown = {name: replace(task, status=TaskStatus.LEAVING) for name, task in done.items() if task.on_map}
         self._robots, self._tasks, self._done, self._rejected = {}, {}, shown, {}
         self._map_key, self._now_s, self._aside = 0, math.nan, StoodAside()
 
@@ -385,6 +419,9 @@ class TaskQueue:
     def _distance(self, travel: Travel, robot: str, goal: Goal) -> Tuple[float, str]:
         if goal.robot and goal.robot != robot:
             return math.inf, f"{goal.name} is for {goal.robot} only"
+        load = self._robots[robot].carries
+        if load and goal.kind in BODIES:
+            return math.inf, f"{robot} carries {load}"
         if (robot, goal.name) in self._rejected:
             return math.inf, self._rejected[robot, goal.name][0]
         return travel.distance(robot, goal)

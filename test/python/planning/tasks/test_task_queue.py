@@ -15,7 +15,7 @@ from python.planning.samples import arm, block, request, walls
 from python.planning.samples import robot as robot_at
 from yarm.geometry import GridSpec, Mask
 from yarm.planning.model.params import PlannerParams
-from yarm.planning.model.types import Column, Goal, PlanRequest, Robot
+from yarm.planning.model.types import Column, Goal, GoalKind, PlanRequest, Robot
 from yarm.planning.tasks.task_queue import TaskQueue, TaskStatus
 from yarm.planning.tasks.travel import Travel
 
@@ -174,6 +174,43 @@ def test_goals_side_by_side_are_served_one_after_the_other() -> None:
     queue.pop(next(iter(queue.assignments)))
     run(queue, robots, [waiting.goal], side)
     assert list(queue.assignments.values()) == [waiting.goal.name]
+
+
+def test_a_robot_with_a_load_goes_to_its_bin_and_serves_no_debris() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 10), "b": (12, 10)})
+    loaded = [replace(robots[0], carries="d0"), robots[1]]
+    goals = [debris("d1", (4, 10)), debris("d2", (6, 10)), Goal("bin/a", GoalKind.BIN, (20, 10), robot="a")]
+    run(queue, loaded, goals)
+    assert queue.assignments == {"a": "bin/a", "b": "d2"}
+    assert queue.pop("a").status is TaskStatus.REACHED
+    assert queue.finished == ()
+    run(queue, loaded, goals[:2])
+    assert queue.assignments == {"b": "d2"}
+    run(queue, robots, goals[:2])
+    assert queue.assignments == {"a": "d1", "b": "d2"}
+
+
+def test_two_robots_with_loads_are_at_a_bin_one_after_the_other() -> None:
+    queue = TaskQueue()
+    robots = [replace(r, carries=f"d{r.name}") for r in robots_at({"a": (2, 10), "b": (12, 10)})]
+    run(queue, robots, [Goal(f"bin/{r.name}", GoalKind.BIN, (20, 10), robot=r.name) for r in robots])
+    assert queue.assignments == {"b": "bin/b"}
+    assert [task.reason for task in queue.tasks if not task.robot] == ["waits until a goal beside it is done"]
+
+
+def test_what_is_held_is_no_goal_until_it_is_undone() -> None:
+    queue = TaskQueue()
+    robots = robots_at({"a": (2, 10)})
+    run(queue, robots, [debris("d", (8, 10))])
+    queue.hold(queue.pop("a").goal, "a", 3.0)
+    assert queue.leaving == {"d"}
+    queue.start_over()
+    assert queue.leaving == set()
+    queue.hold(debris("d", (8, 10)), "a")
+    queue.undone("d")
+    run(queue, robots, [debris("d", (8, 10))])
+    assert queue.assignments == {"a": "d"}
 
 
 def test_a_robot_that_is_done_leaves_the_columns_to_keep_clear() -> None:

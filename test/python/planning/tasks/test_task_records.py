@@ -34,8 +34,10 @@ def queue_in(status: TaskStatus) -> TaskQueue:
     look(queue, 1.0, CLOSED if status is TaskStatus.UNREACHABLE else OPEN)
     if status is TaskStatus.OPEN:
         queue.reject("a", "no way")
-    if status in (TaskStatus.DELETING, TaskStatus.REACHED, TaskStatus.LEAVING):
+    if status in (TaskStatus.DELETING, TaskStatus.HELD, TaskStatus.REACHED, TaskStatus.LEAVING):
         queue.pop("a", 2.0)
+    if status is TaskStatus.HELD:
+        queue.hold(DEBRIS, "a", 2.0)
     if status is TaskStatus.REACHED:
         queue.deleted("d", 3.0)
     if status is TaskStatus.LEAVING:
@@ -55,6 +57,11 @@ CHANGES: Dict[str, Tuple[Change, Dict[TaskStatus, TaskStatus]]] = {
     "note": (lambda queue: queue.note("a", "held"), {TaskStatus.ASSIGNED: TaskStatus.ASSIGNED}),
     "ask_again": (lambda queue: queue.ask_again("d", 4.0), {TaskStatus.DELETING: TaskStatus.DELETING}),
     "deleted": (lambda queue: queue.deleted("d", 4.0), {TaskStatus.DELETING: TaskStatus.REACHED}),
+    "hold": (
+        lambda queue: queue.hold(DEBRIS, "a", 4.0),
+        {status: TaskStatus.HELD for status in TaskStatus if status is not TaskStatus.ASSIGNED},
+    ),
+    "laid_down": (lambda queue: queue.laid_down("d", 4.0), {TaskStatus.HELD: TaskStatus.REACHED}),
 }
 
 
@@ -69,7 +76,7 @@ def test_a_change_leads_where_the_status_allows_and_is_refused_elsewhere(change:
         assert status_of(queue) is leads_to[status]
         return
     before = (queue.tasks, queue.finished, queue.leaving)
-    with pytest.raises(KeyError, match=r"robot a has no goal|d is not being deleted: it is (\w+)"):
+    with pytest.raises(KeyError, match=r"robot a has no goal|d is not (being deleted|held): it is (\w+)|a goal of a"):
         make(queue)
     assert (queue.tasks, queue.finished, queue.leaving) == before
 
