@@ -15,7 +15,7 @@ import rostest
 from actionlib import SimpleActionClient
 from actionlib_msgs.msg import GoalStatus
 from tf2_msgs.msg import TFMessage
-from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, TransformStampedVector
+from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, SimStatus, TransformStampedVector
 
 from yarm.geometry.poses import quaternion_from_rpy
 from yarm.robots import bin as bins
@@ -41,9 +41,11 @@ class HandWorkTest(unittest.TestCase):
         cls.changed = threading.Condition()
         cls.at: Dict[str, Tuple[float, np.ndarray]] = {}
         cls.failures: List[str] = []
+        cls.in_bin: List[Tuple[float, Dict[str, str]]] = []
         cls.participant = Participant()
         rospy.Subscriber(names.SEED_TRANSFORMS, TransformStampedVector, cls.on_seeds, queue_size=1000)
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
+        rospy.Subscriber(names.SIM_STATUS, SimStatus, cls.on_status, queue_size=1000)
         rospy.Subscriber("/tf", TFMessage, cls.on_tf, queue_size=1000)
         cls.client = SimpleActionClient(names.move_robot(ROBOT), MoveRobotAction)
         cls.participant.wait_for_begin()
@@ -58,6 +60,13 @@ class HandWorkTest(unittest.TestCase):
     def on_contacts(cls, message: Contacts) -> None:
         """Keep what nobody may do."""
         cls.failures += [f"{c.link_a} - {c.link_b}" for c in message.contacts if c.kind == "failure"]
+
+    @classmethod
+    def on_status(cls, message: SimStatus) -> None:
+        """Keep what the simulator says lies in which bin."""
+        with cls.changed:
+            cls.in_bin.append((message.header.stamp.to_sec(), dict(zip(message.debris, message.bins))))
+            cls.changed.notify_all()
 
     @classmethod
     def on_tf(cls, message: TFMessage) -> None:
@@ -112,6 +121,10 @@ class HandWorkTest(unittest.TestCase):
         self.assertEqual(state, GoalStatus.SUCCEEDED, said)
         piece = self.place(PIECE, self.at[PIECE][0] + FALL_S)
         self.assertTrue(bins.inside(piece - (*BIN_XY, 0.0)), piece)
+        with self.changed:
+            told = self.changed.wait_for(lambda: {PIECE: "bin_1"} in [said for _, said in self.in_bin], LIMIT_S)
+            self.assertTrue(told, self.in_bin[-3:])
+            self.assertEqual(self.in_bin[0][1], {PIECE: ""})
         self.assertEqual(self.failures, [])
 
     def test_5_where_nothing_is_nothing_is_picked_up(self) -> None:

@@ -142,6 +142,8 @@ class Outbox:
         message = SimStatus(real_time_factor=factor, steps=self._world.steps, camera_sets=sets, run=1)
         message.header.stamp = stamp
         message.parts, message.ms_per_frame = list(parts_ms), list(parts_ms.values())
+        message.debris = self._world.debris
+        message.bins = [self._world.bin_of(name) for name in message.debris]
         self._status.publish(message)
 
     def _caster_states(self, name: str, stamp: rospy.Time) -> None:

@@ -194,6 +194,11 @@ class SimWorld:
             for body in self.bodies.values()
         }
 
+    @property
+    def debris(self) -> List[str]:
+        """Names of the pieces of debris in the cell, ordered."""
+        return sorted(body.name for body in self.bodies.values() if body.kind == ObjectKind.DEBRIS)
+
     def bin_of(self, name: str) -> str:
         """Name of the bin that a piece of debris is in: its middle inside, at rest, in nobody's hand; empty for none.
 
