@@ -23,6 +23,8 @@ EXPECTED = {
     "1m1ma": ["debris_1"],
     "2m1ma": ["debris_1", "debris_2"],
     "3m": ["target_1", "target_2", "target_3"],
+    "1m1ma_bin": ["debris_1"],
+    "2m1ma_bin": ["debris_1", "debris_2"],
 }
 WALL_LIMIT_S = 1000.0
 
@@ -40,11 +42,13 @@ class Heard:
         self.present = set()
         self.seen = set()
         self.holds = []
+        self.bins = {}
         rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100)
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, self._on_contacts, queue_size=1000)
         rospy.Subscriber(names.sander_status(ARM), SanderStatus, self._on_sander, queue_size=1000)
         rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10)
         rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=100)
+        rospy.Subscriber(names.SIM_STATUS, SimStatus, self._on_sim, queue_size=100)
 
     def fresh(self):
         """Whether the status is news of the Commander, and not what a dead one has left."""
@@ -71,6 +75,11 @@ class Heard:
         with self.condition:
             self.present = {entry.name for entry in message.entries}
             self.seen |= self.present
+            self.condition.notify_all()
+
+    def _on_sim(self, message):
+        with self.condition:
+            self.bins = dict(zip(message.debris, message.bins))
             self.condition.notify_all()
 
     def _on_safety(self, message):
@@ -121,7 +130,10 @@ class MissionTest(unittest.TestCase):
             self.wait(lambda: set(debris) & self.heard.seen, "debris on the part while the HC10 sands")
         self.ask(CommanderStatus.BOUNDLESS, jump_state=5)
         self.wait(lambda: set(expected) <= set(self.heard.reached), f"{expected} reached")
-        self.wait(lambda: not set(expected) & self.heard.present, "what was reached to be deleted")
+        if rospy.get_param("~bins", False):
+            self.wait(lambda: all(self.heard.bins.get(name) for name in debris), f"{debris} in a bin by ground truth")
+        else:
+            self.wait(lambda: not set(expected) & self.heard.present, "what was reached to be deleted")
         self.idle("the mission")
         if debris:
             self.check_pause_cycle()

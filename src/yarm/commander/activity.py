@@ -60,7 +60,7 @@ class Activity:
 
 
 class Stopping(Activity):
-    """Waits until every goal of a mission has ended: robots end at their present waypoint."""
+    """Waits until every goal of a mission has ended: robots end at their present waypoint, hands are drawn up."""
 
     def start(self, now_s: float) -> List[Action]:
         """Nothing new is sent; what is under way was checked as a whole."""
@@ -77,7 +77,7 @@ class Stopping(Activity):
 
 def stoppable(cell: CellState) -> List[ActiveGoal]:
     """Active goals that belong to a state's work (switching a manipulator does not)."""
-    return cell.goals.of(Purpose.STEP, Purpose.CALIBRATION, Purpose.CLEANUP)
+    return cell.goals.of(Purpose.STEP, Purpose.HAND, Purpose.CALIBRATION, Purpose.CLEANUP)
 
 
 def cancel_all(cell: CellState, now_s: float, why: str) -> List[Action]:

@@ -9,11 +9,12 @@ from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 import numpy as np
 
 from yarm.commander.answers import Answer
-from yarm.commander.events import Target
-from yarm.commander.goals import GoalBook
+from yarm.commander.events import GoalDone, Outcome, Target
+from yarm.commander.goals import ActiveGoal, GoalBook
 from yarm.commander.params import CommanderParams
-from yarm.commander.shapes import RobotShape
-from yarm.control.actions import SearchSpace
+from yarm.commander.pieces import REFUSED_MOVED_M, Load, Refusal, Sights, bins_of, height_in
+from yarm.commander.shapes import PieceShape, RobotShape
+from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.sander.states import SanderState
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
 from yarm.geometry.kinds import ObjectKind
@@ -63,6 +64,7 @@ class CellState:
         self.goals = GoalBook()
         self.kinds: Dict[str, str] = {}
         self.shapes: Dict[str, RobotShape] = {}
+        self.pieces: Dict[str, PieceShape] = {}
         self.connected: Set[str] = set()
         self.sander: Dict[str, SanderState] = {}
         self.holds: Dict[str, str] = {}
@@ -71,6 +73,12 @@ class CellState:
         self.map: Optional[CellMap] = None
         self.robots: Dict[str, TrackedRobot] = {}
         self.queue = TaskQueue(params.planner_params)
+        self.grasping: Dict[str, bool] = {}
+        self.loads: Dict[str, Load] = {}
+        self.at_work: Set[str] = set()
+        self.refused: Dict[str, Refusal] = {}
+        self.full_bins: Dict[str, str] = {}
+        self.sights = Sights()
         self._goal_columns: Dict[str, Column] = {}
 
     def forget_poses(self) -> None:
@@ -81,6 +89,9 @@ class CellState:
         self.homes = {}
         self.holds = {}
         self.queue.see(())
+        self.grasping, self.loads, self.refused, self.full_bins = {}, {}, {}, {}
+        self.at_work = set()
+        self.sights = Sights()
         self._goal_columns = {}
 
     @property
@@ -98,23 +109,71 @@ class CellState:
         objects = self.map.objects if self.map is not None else {}
         return [objects[name] for name in sorted(objects) if objects[name].kind == kind]
 
+    def note_hand(self, goal: ActiveGoal, event: GoalDone) -> None:
+        """Take in the end of a hand's work: it holds the piece, or nothing; when in doubt its own word counts."""
+        picks = MobileAction.of(goal.action) is MobileAction.PICK
+        done, holds = event.outcome is Outcome.SUCCEEDED, self.grasping.get(goal.robot, False)
+        if picks and (done or holds):
+            piece = goal.action.split(" ", 1)[1]
+            self.loads[goal.robot] = Load(piece, self.pieces.get(piece))
+        elif not picks and (done or not holds):
+            self.loads.pop(goal.robot, None)
+
     def take_map(self, cell_map: CellMap) -> None:
         """Track every robot and goal on a new map."""
         self.map = cell_map
         self.robots = {found.name: self._track(found, cell_map.spec) for found in self.of_kind("Mobile")}
         self.queue.see(cell_map.objects)
+        self.sights.see(cell_map.objects)
+        for name, refusal in list(self.refused.items()):
+            found = cell_map.objects.get(name)
+            if found is None or math.dist(found.position_m[:2], refusal.xy) > REFUSED_MOVED_M:
+                del self.refused[name]
         columns = {}
-        for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET):
-            columns[thing.name] = self._held(cell_map.spec, thing.position_m, self._goal_columns.get(thing.name))
+        for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET) + self.bins:
+            columns[thing.name] = self._held(cell_map.spec, self.place_of(thing), self._goal_columns.get(thing.name))
         self._goal_columns = columns
 
     def open_goals(self) -> Dict[str, Goal]:
-        """Debris and targets on the map that are not being deleted, by name."""
-        goals, leaving = {}, self.queue.leaving
+        """Debris and targets on the map that nobody is done with, by name; and the bins, for each robot with a load."""
+        goals, leaving = {}, self.queue.leaving | self.carried | set(self.refused)
         for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET):
-            if thing.name not in leaving:
+            if thing.name not in leaving and not self.bin_of(thing):
                 goals[thing.name] = Goal(thing.name, GoalKind(thing.kind), self._goal_columns[thing.name], thing.cells)
+        for robot in sorted(set(self.loads) - self.at_work):
+            for found in self.bins:
+                if not self.full(found):
+                    name = f"{found.name}/{robot}"
+                    goals[name] = Goal(name, GoalKind.BIN, self._goal_columns[found.name], robot=robot)
         return goals
+
+    @property
+    def bins(self) -> List[MappedObject]:
+        """The bins on the map that debris goes to, ordered by name; none when it is deleted."""
+        return bins_of(self.map.objects) if self.map is not None and self.params.bins_used else []
+
+    @property
+    def carried(self) -> Set[str]:
+        """Names of the pieces that hang on hands."""
+        return {load.piece for load in self.loads.values()}
+
+    def bin_of(self, thing: MappedObject) -> str:
+        """Name of the bin that something lies in; empty for none."""
+        return next((found.name for found in self.bins if not math.isnan(height_in(found, thing))), "")
+
+    def full(self, found: MappedObject) -> str:
+        """Why a bin takes nothing more; empty when it does."""
+        heights = [height_in(found, thing) for thing in self.of_kind(GoalKind.DEBRIS) if thing.name not in self.carried]
+        level = max((height for height in heights if not math.isnan(height)), default=0.0)
+        limit = self.params.bin_full_m
+        high = f"a piece in it lies {level:.2f} m high, at most {limit:g}" if level > limit else ""
+        return self.full_bins.get(found.name, "") or high
+
+    def place_of(self, thing: MappedObject) -> Tuple[float, float, float]:
+        """Where an end effector is wanted for something, metres: where a piece is seen when hands take it."""
+        if self.params.bins_used and thing.kind == GoalKind.DEBRIS:
+            return self.sights.top_of(thing)
+        return thing.position_m
 
     def private_areas(self, margin: int = 0) -> Dict[str, BoolArray]:
         """Columns (gx, gy) of each manipulator's private area, inflated by a margin of columns, by its name."""
@@ -137,12 +196,13 @@ class CellState:
     ) -> PlanRequest:
         """The planning step for the newest map."""
         objects = self.map.objects if self.map is not None else {}
-        others = {name: o.cells for name, o in objects.items() if o.kind != ObjectKind.MOBILE and name not in goals}
-        others.update({name: self.robots[name].cells for name in self.outside})
+        apart = {*goals, *self.carried}
+        others = {name: o.cells for name, o in objects.items() if o.kind != ObjectKind.MOBILE and name not in apart}
+        others.update({name: self.robots[name].cells for name in self.unplanned})
         robots = tuple(
-            Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask)
+            Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask, carries=self._load_of(name))
             for name, robot in sorted(self.robots.items())
-            if name not in self.outside
+            if name not in self.unplanned
         )
         return PlanRequest(self.spec, self._standing(robots), robots, goals, dict(assignments), others, forbidden)
 
@@ -152,6 +212,15 @@ class CellState:
         gx, gy = self.spec.shape[:2]
         inside = {name for name, r in self.robots.items() if 0 <= r.column[0] < gx and 0 <= r.column[1] < gy}
         return tuple(sorted(set(self.robots) - inside))
+
+    @property
+    def unplanned(self) -> Tuple[str, ...]:
+        """Robots that are not planned for, ordered: those outside, and those whose hands are at work."""
+        return tuple(sorted({*self.outside, *(self.at_work & set(self.robots))}))
+
+    def _load_of(self, robot: str) -> str:
+        load = self.loads.get(robot)
+        return load.piece if load is not None else ""
 
     def occupied_but(self, name: str) -> BoolArray:
         """(gx, gy, gz) cells that everything but one robot fills, other robots by their masks."""
@@ -176,13 +245,13 @@ class CellState:
     def _standing(self, robots: Sequence[Robot], solid: Optional[Sequence[str]] = None) -> BoolArray:
         """The map (gx, gy, gz) without robots: neither the cells the cameras took for theirs nor those of their masks.
 
-        What is being deleted is gone from it too. Robots named ``solid`` (those outside the volume, when None) stand in
-        it by their masks.
+        What is being deleted or hangs on a hand is gone from it too. Robots named ``solid`` (``unplanned``, when None)
+        stand in it by their masks.
         """
         if self.map is None:
             return np.zeros(self.spec.shape, dtype=np.bool_)
         standing: BoolArray = self.map.grid != 0
-        objects, leaving = self.map.objects, self.queue.leaving
+        objects, leaving = self.map.objects, self.queue.leaving | self.carried
         gone = [found for name, found in objects.items() if found.kind == ObjectKind.MOBILE or name in leaving]
         there = [found for name, found in objects.items() if found.kind != ObjectKind.MOBILE and name not in leaving]
         for found in gone:
@@ -190,7 +259,7 @@ class CellState:
         for found in there:
             standing[tuple(found.cells.T)] = True
         standing = without_robots(self.map.spec, standing, robots)
-        for name in self.outside if solid is None else solid:
+        for name in self.unplanned if solid is None else solid:
             cells = self.robots[name].cells
             standing[tuple(cells[self.spec.contains(cells)].T)] = True
         return standing
@@ -204,7 +273,9 @@ class CellState:
         candidates += [before.column] if before is not None else []
         column = self._held(spec, found.position_m, *candidates)
         nominal = self._nominal_yaw(yaw, before, sent.target if sent is not None else None)
-        shape = self.shapes.get(found.name)
+        shape, load = self.shapes.get(found.name), self.loads.get(found.name)
+        if shape is not None and load is not None and load.shape is not None:
+            shape = shape.with_load(load.shape)
         if shape is not None:
             mask = shape.mask(spec, nominal)
         elif len(found.cells):

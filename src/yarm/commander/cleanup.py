@@ -1,13 +1,13 @@
-"""State CLEANUP: mobile robots go back to where they started, then manipulators go to storage."""
+"""State CLEANUP: debris that is left to a bin, mobile robots back to where they started, manipulators to storage."""
 
 from __future__ import annotations
 
 from typing import List, Set
 
 from yarm.commander.activity import Activity, Ending
-from yarm.commander.assignment import HomeAssignments
+from yarm.commander.assignment import HomeAssignments, QueuedAssignments
 from yarm.commander.cell_state import CellState
-from yarm.commander.events import Action, DeleteDone, GoalDone, Level, Log, Outcome, TaskView
+from yarm.commander.events import Action, DeleteDone, GoalDone, Level, Log, Outcome, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
 from yarm.commander.mission import Mission, Tools
 from yarm.control.actions import ArmAction
@@ -24,35 +24,50 @@ def home_goals(cell: CellState) -> List[Goal]:
     return goals
 
 
+def something_left(cell: CellState) -> bool:
+    """Whether debris that goes to a bin is still on the map or in a hand."""
+    open_debris = any(goal.kind is GoalKind.DEBRIS for goal in cell.open_goals().values())
+    return cell.params.bins_used and (open_debris or bool(cell.loads))
+
+
 class Cleanup(Activity):
-    """Everybody home, then every manipulator to storage."""
+    """What is left to a bin, where debris goes to one; everybody home; every manipulator to storage."""
 
     def __init__(self, cell: CellState, tools: Tools) -> None:
         """Clean up."""
         super().__init__(cell)
-        self._way_home = Mission(cell, tools, HomeAssignments(cell.queue, home_goals(cell)))
+        self._ways: List[Mission] = [Mission(cell, tools, HomeAssignments(cell.queue, home_goals(cell)))]
+        if something_left(cell):
+            self._ways.insert(0, Mission(cell, tools, QueuedAssignments(cell.queue)))
+        self._left_over = ""
         self._stored: Set[str] = set()
         self._retry_s = 0.0
 
     def start(self, now_s: float) -> List[Action]:
-        """Start the way home."""
-        return self._way_home.start(now_s)
+        """Start with what is left, or else the way home."""
+        return self._ways[0].start(now_s)
 
     def advance(self, now_s: float) -> List[Action]:
         """First the mobile robots, then the manipulators."""
-        if self._way_home.result is None:
-            actions = self._way_home.advance(now_s)
-            self.reason = self._way_home.reason
+        way = self._ways[0]
+        if way.result is None:
+            actions = way.advance(now_s)
+            self.reason = way.reason
             return actions
-        if self._way_home.result.outcome is not Ending.SUCCEEDED:
-            self.finish(Ending.FAILED, self._way_home.result.reason)
+        failed = way.result.outcome is not Ending.SUCCEEDED
+        if len(self._ways) > 1:
+            self._left_over = way.result.reason if failed else ""
+            self._ways = self._ways[1:]
+            return self._ways[0].start(now_s)
+        if failed:
+            self.finish(Ending.FAILED, way.result.reason)
             return []
         return self._store(now_s)
 
     def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
-        """A step home, or a manipulator's way to storage, has ended."""
-        if goal.purpose is Purpose.STEP:
-            return self._way_home.goal_done(goal, event, now_s)
+        """A step, a hand's work or a manipulator's way to storage has ended."""
+        if goal.purpose in (Purpose.STEP, Purpose.HAND):
+            return self._ways[0].goal_done(goal, event, now_s)
         if goal.purpose is not Purpose.CLEANUP:
             return []
         if event.outcome is Outcome.SUCCEEDED:
@@ -64,17 +79,20 @@ class Cleanup(Activity):
 
     def delete_done(self, event: DeleteDone) -> List[Action]:
         """Deletions of an earlier mission may still be answered."""
-        return self._way_home.delete_done(event)
+        return self._ways[0].delete_done(event)
 
     def tasks(self) -> List[TaskView]:
-        """The ways home."""
-        return [view for view in self._way_home.tasks() if view.kind == GoalKind.HOME]
+        """What is left, then the ways home and what is still carried."""
+        views = self._ways[0].tasks()
+        if len(self._ways) > 1:
+            return views
+        return [view for view in views if view.kind == GoalKind.HOME or view.status is TaskState.CARRYING]
 
     def _store(self, now_s: float) -> List[Action]:
         cell = self.cell
         missing = [name for name in cell.manipulators if name in cell.answers and name not in self._stored]
         if not missing:
-            self.finish(Ending.SUCCEEDED)
+            self.finish(Ending.FAILED if self._left_over else Ending.SUCCEEDED, self._left_over)
             return []
         actions: List[Action] = []
         for name in missing:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Mapping, Optional, Tuple, Union
 
-from yarm.commander.shapes import RobotShape
+from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
 from yarm.planning.model.types import FleetPlan, PlanRequest
@@ -35,10 +35,11 @@ class MapUpdate:
 
 @dataclass(frozen=True, eq=False)
 class RegistryUpdate:
-    """Who is in the cell, by name, with its kind ("Mobile", "Manipulator", "Debris", ...), and known robot shapes."""
+    """Who is in the cell, by name, with its kind ("Mobile", "Manipulator", "Debris", ...), and known shapes."""
 
     kinds: Mapping[str, str]
     shapes: Mapping[str, RobotShape] = field(default_factory=dict)
+    pieces: Mapping[str, PieceShape] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,14 @@ class Hold:
 
 
 @dataclass(frozen=True)
+class Grasp:
+    """A robot's hand says whether something hangs on it."""
+
+    robot: str
+    grasping: bool
+
+
+@dataclass(frozen=True)
 class DeleteDone:
     """Answer to DeleteObject."""
 
@@ -95,7 +104,9 @@ class ClockReset:
     """Simulated time has gone backwards: the simulator was started again."""
 
 
-Event = Union[MapUpdate, RegistryUpdate, ServerUpdate, GoalDone, SanderChange, Hold, DeleteDone, Tick, ClockReset]
+Event = Union[
+    MapUpdate, RegistryUpdate, ServerUpdate, GoalDone, SanderChange, Hold, Grasp, DeleteDone, Tick, ClockReset
+]
 
 
 @dataclass(frozen=True)
@@ -185,6 +196,9 @@ class TaskState(str, Enum):
     WAITING = "waiting"
     ASSIGNED = "assigned"
     MOVING = "moving"
+    PICKING = "picking"
+    CARRYING = "carrying"
+    DROPPING = "dropping"
     REACHED = "reached"
     BACKING_OUT = "backing_out"
     UNREACHABLE = "unreachable"

@@ -16,6 +16,7 @@ class Purpose(Enum):
     """Why a goal was sent."""
 
     STEP = "step"
+    HAND = "hand"
     CALIBRATION = "calibration"
     SWITCH = "switch"
     CLEANUP = "cleanup"

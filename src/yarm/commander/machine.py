@@ -24,6 +24,7 @@ from yarm.commander.events import (
     DeleteDone,
     Event,
     GoalDone,
+    Grasp,
     Hold,
     Level,
     Log,
@@ -90,6 +91,7 @@ class Commander:
             GoalDone: self._on_goal_done,
             SanderChange: self._on_sander,
             Hold: self._on_hold,
+            Grasp: self._on_grasp,
             DeleteDone: self._on_deleted,
             Tick: self._on_tick,
             ClockReset: self._on_clock_reset,
@@ -201,7 +203,7 @@ class Commander:
         self._fault = fault
         if not fault:
             return [Log(Level.INFO, "the fault is gone, the work goes on")]
-        steps = self.cell.goals.of(Purpose.STEP)
+        steps = self.cell.goals.of(Purpose.STEP, Purpose.HAND)
         actions: List[Action] = [Log(Level.WARN, fault)] if steps or self.busy else []
         for goal in steps:
             actions += self.cell.goals.cancel(goal.robot, now_s, fault)
@@ -229,6 +231,7 @@ class Commander:
     def _on_registry(self, event: RegistryUpdate, now_s: float) -> List[Action]:
         self.cell.kinds = dict(event.kinds)
         self.cell.shapes = dict(event.shapes)
+        self.cell.pieces = dict(event.pieces)
         return []
 
     def _on_server(self, event: ServerUpdate, now_s: float) -> List[Action]:
@@ -248,6 +251,8 @@ class Commander:
             return []
         if goal.purpose is Purpose.SWITCH:
             return self._supervisor.on_done(event)
+        if goal.purpose is Purpose.HAND:
+            self.cell.note_hand(goal, event)
         if self._work is None:
             return []
         return self._work.goal_done(goal, event, now_s) + self._advance(now_s)
@@ -261,6 +266,10 @@ class Commander:
             self.cell.holds[event.robot] = event.reason
         else:
             self.cell.holds.pop(event.robot, None)
+        return []
+
+    def _on_grasp(self, event: Grasp, now_s: float) -> List[Action]:
+        self.cell.grasping[event.robot] = event.grasping
         return []
 
     def _on_deleted(self, event: DeleteDone, now_s: float) -> List[Action]:

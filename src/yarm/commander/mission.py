@@ -24,6 +24,7 @@ from yarm.commander.events import (
     TaskView,
 )
 from yarm.commander.goals import ActiveGoal, Purpose
+from yarm.commander.handling import Handling
 from yarm.commander.params import CheckSteps
 from yarm.commander.recovery import way_in
 from yarm.commander.steps import CheckedSteps, StepGuard, sendable
@@ -72,6 +73,7 @@ class Mission(Activity):
         self._tools = tools
         self._assignments = assignments
         self._bounded = bounded
+        self._hands = Handling(cell)
         self._guard = StepGuard(cell.params.recheck_count)
         self._not_before_s = -math.inf
         self._checked_s = -math.inf
@@ -85,6 +87,7 @@ class Mission(Activity):
         """Forget the plans and tasks of the last mission."""
         self._assignments.start()
         self._tools.planner.reset()
+        self._hands.start(now_s)
         return []
 
     def advance(self, now_s: float) -> List[Action]:
@@ -94,7 +97,7 @@ class Mission(Activity):
         if world_map is None or world_map.stamp_s <= self._map_s:
             return actions
         self._map_s = world_map.stamp_s
-        actions += self._watch(now_s)
+        actions += self._watch(now_s) + self._hands.advance(now_s)
         if self.cell.goals.of(Purpose.STEP) or now_s < self._not_before_s:
             return actions
         actions += self._arrivals(now_s)
@@ -102,6 +105,9 @@ class Mission(Activity):
         if coming_in:
             return actions + coming_in
         request = self._assign(now_s)
+        if not self._queue.assignments and self._hands.busy:
+            self.reason, self._quiet_since_s = self._hands.busy, None
+            return actions
         if not self._queue.assignments:
             self._idle(now_s)
             return actions
@@ -109,7 +115,9 @@ class Mission(Activity):
         return actions + self._plan(request, now_s)
 
     def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
-        """A step has ended, well or not."""
+        """A step, or a hand's work, has ended, well or not."""
+        if goal.purpose is Purpose.HAND:
+            return self._hands.goal_done(goal, event, now_s)
         if goal.purpose is not Purpose.STEP:
             return []
         self._guard.forget(goal.robot)
@@ -136,6 +144,7 @@ class Mission(Activity):
         views = {}
         for task in self._queue.finished:
             views[task.goal.name] = TaskView(task.robot, task.goal.name, task.kind, TaskState.REACHED, "", 0.0)
+        views.update({view.goal: view for view in self._hands.tasks()})
         for robot, refusal in self._outside.items():
             status = TaskState.STOPPED if refusal else TaskState.BACKING_OUT
             views[f"inside/{robot}"] = TaskView(robot, f"inside/{robot}", GoalKind.CLEAR, status, refusal)
@@ -217,7 +226,7 @@ class Mission(Activity):
 
     def _aim_lost(self, robot: str) -> bool:
         task = self._queue.task_of(robot)
-        if task is None or task.kind not in BODIES:
+        if task is None or task.kind not in (*BODIES, GoalKind.BIN):
             return False
         now = self.cell.open_goals().get(task.goal.name)
         return now is None or now.column != task.goal.column
@@ -251,9 +260,12 @@ class Mission(Activity):
             if tracked is None or goal is None or not self.cell.at(tracked, goal):
                 continue
             task = self._queue.pop(robot, now_s)
+            self._stuck_since_s = None
             if task.kind is not GoalKind.CLEAR:
                 actions.append(Log(Level.INFO, f"{robot} has reached {name}"))
-            if task.status is TaskStatus.DELETING:
+            if task.kind is GoalKind.BIN or (task.kind is GoalKind.DEBRIS and self.cell.params.bins_used):
+                actions += self._hands.reached(robot, task.goal, now_s)
+            elif task.status is TaskStatus.DELETING:
                 actions.append(DeleteObject(name))
         actions += self._delete_again(now_s)
         return actions
@@ -289,7 +301,8 @@ class Mission(Activity):
             self._quiet_since_s = now_s
         waited = now_s - self._quiet_since_s
         unreachable = self._queue.unreachable
-        shut_out = [reason for _, reason in sorted(self._outside.items()) if reason]
+        waits = [reason for _, reason in sorted(self._outside.items())] + [self._hands.waiting()]
+        shut_out = [reason for reason in waits if reason]
         if unreachable or shut_out:
             name = sorted(unreachable)[0] if unreachable else ""
             self.reason = shut_out[0] if shut_out else f"{name} cannot be reached: {unreachable[name]}"

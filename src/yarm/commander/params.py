@@ -11,6 +11,15 @@ from yarm.planning.model.params import PlannerParams
 from yarm.planning.registry import PLANNER_NAMES
 
 
+class Removal(str, Enum):
+    """What becomes of debris that a robot has reached, as parameter ``removal`` writes it."""
+
+    DELETE = "delete"
+    """It is deleted, as published."""
+    BIN = "bin"
+    """The robot's hand takes it to a bin."""
+
+
 class CheckSteps(str, Enum):
     """What the independent checker's verdict on a plan does, as parameter ``check_steps`` writes it."""
 
@@ -64,6 +73,20 @@ class CommanderParams:
         "report: send everything and count what it would have refused (the published planner as it was)",
         choices=[mode.value for mode in CheckSteps],
     )
+    removal: str = param(
+        Removal.DELETE.value,
+        "",
+        "what becomes of debris: delete: gone when reached, as published; bin: robots with a hand carry it to a bin",
+        choices=[way.value for way in Removal],
+    )
+    hand_timeout_s: float = param(
+        60.0, "s", "longest wait for a hand to pick a piece up or let it go", low=1.0, high=600.0
+    )
+    pick_tries: int = param(3, "", "tries to pick a piece up before it is given back", low=1, high=20)
+    fall_s: float = param(0.5, "s", "a piece that was let go has come to rest after this long", low=0.0, high=10.0)
+    bin_full_m: float = param(
+        0.45, "m", "a bin is full when the middle of a piece in it lies higher over the floor", low=0.05, high=0.55
+    )
     recheck_s: float = param(
         0.1, "s", "how often a step under way is checked against the newest map", low=0.0, high=10.0
     )
@@ -83,6 +106,11 @@ class CommanderParams:
     def checking(self) -> CheckSteps:
         """What ``check_steps`` says."""
         return CheckSteps(self.check_steps)
+
+    @property
+    def bins_used(self) -> bool:
+        """Whether debris goes to a bin."""
+        return self.removal == Removal.BIN
 
     @property
     def planner_params(self) -> PlannerParams:

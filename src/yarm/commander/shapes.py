@@ -18,6 +18,16 @@ from yarm.robots.ankurbot import Beam, Disc, solids_mask
 
 YAW_STEP_RAD = math.radians(0.1)
 """Headings closer than this share a mask."""
+TAKEN_OFF_M = 0.02
+"""A hand takes a piece at most so far from its middle, metres."""
+
+
+@dataclass(frozen=True)
+class PieceShape:
+    """A piece of debris however it lies: radius about its middle seen from above, and height, metres."""
+
+    radius_m: float
+    height_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +41,7 @@ class RobotShape:
 
     discs: Tuple[Disc, ...]
     beams: Tuple[Beam, ...]
+    _loaded: Dict[PieceShape, RobotShape] = field(default_factory=dict, repr=False)
     _masks: Dict[Tuple[GridSpec, int], Mask] = field(default_factory=dict, repr=False)
 
     def mask(self, spec: GridSpec, yaw_rad: float) -> Mask:
@@ -39,6 +50,28 @@ class RobotShape:
         if key not in self._masks:
             self._masks[key] = solids_mask(spec, self.discs, self.beams, key[1] * YAW_STEP_RAD)
         return Mask(self._masks[key].cells, yaw_rad)
+
+    @property
+    def lowest_at_tip_m(self) -> float:
+        """Height of the lowest of it under its end effector, metres: of a hand drawn up, the cup's face."""
+        discs = [disc.z[0] for disc in self.discs if math.hypot(disc.x, disc.y) < disc.radius]
+        beams = [b.z[0] for b in self.beams if b.x[0] < 0.0 < b.x[1] and b.y[0] < 0.0 < b.y[1]]
+        return min([*discs, *beams], default=math.inf)
+
+    def with_load(self, piece: PieceShape) -> RobotShape:
+        """The same with a piece hanging under its end effector."""
+        if piece not in self._loaded:
+            top = self.lowest_at_tip_m
+            load = Disc(0.0, 0.0, piece.radius_m + TAKEN_OFF_M, (top - piece.height_m, top))
+            self._loaded[piece] = RobotShape((*self.discs, load), self.beams)
+        return self._loaded[piece]
+
+
+def piece_shape(solids: Sequence[Solid]) -> PieceShape:
+    """The shape of a piece of debris from its solids, with their poses in its frame (origin in its middle, z up)."""
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    points = np.concatenate([transform_points(solid.pose, corners * solid.half_extent) for solid in solids])
+    return PieceShape(float(np.hypot(points[:, 0], points[:, 1]).max()), float(np.ptp(points[:, 2])))
 
 
 def robot_shape(solids: Sequence[Solid], height_m: float) -> RobotShape:

@@ -13,6 +13,7 @@ from yarm.commander.events import (
     DeleteDone,
     DeleteObject,
     GoalDone,
+    Grasp,
     Log,
     MapUpdate,
     Outcome,
@@ -28,10 +29,11 @@ from yarm.commander.machine import Commander
 from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
-from yarm.commander.shapes import RobotShape
+from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.control.sander.states import SanderState
-from yarm.geometry import CellMap, GridSpec, MappedObject, quaternion_from_rpy, wrap_angle
+from yarm.geometry import CellMap, GridSpec, MappedObject, SeenPiece, quaternion_from_rpy, wrap_angle
 from yarm.planning.registry import make_planner
+from yarm.robots import bin as bins
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
 
 SPEC = GridSpec()
@@ -41,6 +43,13 @@ TURN_RADPS = 0.8
 SHAPE = RobotShape(ANKURBOT_DISCS, ANKURBOT_BEAMS)
 AREA = "SPACE=SWITCH/AREA=11,29,17,32,0,10"
 NO_CELLS = np.zeros((0, 3), dtype=np.int64)
+PIECE = PieceShape(0.09, 0.04)
+ON_PART_M, HELD_M, LANDED_M = 0.75, 0.83, 0.05
+"""Height of a piece's middle on the part, under a hand and in a bin, metres."""
+HAND_S = 2.0
+"""Time a hand takes to pick up or let go, once over the place."""
+REACH_M = 0.02
+"""A hand meets a piece whose middle is so near."""
 
 
 def box_cells(low, high):
@@ -63,6 +72,8 @@ class FakeRobot:
     yaw: float
     goal: SendGoal | None = None
     stuck: bool = False
+    holds: str = ""
+    hand_s: float = 0.0
 
     def step(self) -> bool:
         """Move for one period; true when the goal is reached."""
@@ -102,6 +113,8 @@ class FakeCell:
         self.robots = {name: FakeRobot(*pose) for name, pose in robots.items()}
         self.arms = {}
         self.debris = {}
+        self.heights = {}
+        self.bins = {}
         self.targets = {}
         self.statics = {"table": TABLE, "stand": STAND}
         self.obstacles = {}
@@ -110,6 +123,9 @@ class FakeCell:
         self.lost = set()
         self.fail_next = {}
         self.deletes = True
+        self.leaky = set()
+        self.handless = set()
+        self.blocked_bins = set()
         self.said = []
         self.shown = []
         self.sent = []
@@ -171,7 +187,9 @@ class FakeCell:
         self._register()
         for name, robot in self.robots.items():
             if robot.goal is not None and name not in self.lost and robot.step():
-                self._end(name, Outcome.SUCCEEDED)
+                self._arrive(name, robot)
+            if robot.holds:
+                self.debris[robot.holds] = (robot.x, robot.y)
             self._note_touch(name, robot)
         events, self._events = self._events, []
         for event in events:
@@ -198,9 +216,15 @@ class FakeCell:
             objects[name] = MappedObject(
                 name, "Obstacle", 1, tuple(SPEC.centres(cells).mean(axis=0)), (0, 0, 0, 1), cells
             )
+        for name, (x, y) in self.bins.items():
+            walls = [(-0.19, 0.0), (0.19, 0.0), (0.0, -0.19), (0.0, 0.19)]
+            cells = SPEC.cells_inside([(x + dx, y + dy, z) for dx, dy in walls for z in np.arange(0.02, 0.6, 0.03)])
+            objects[name] = MappedObject(name, "Obstacle", 6, (x, y, bins.RIM_M), (0, 0, 0, 1), cells)
         for name, (x, y) in self.debris.items():
-            cells = SPEC.cells_inside([(x + dx, y + dy, 0.75) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
-            objects[name] = MappedObject(name, "Debris", 2, (x, y, 0.75), (0, 0, 0, 1), cells)
+            z = self.heights.get(name, ON_PART_M)
+            cells = SPEC.cells_inside([(x + dx, y + dy, z) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
+            seen = SeenPiece(12, (x, y, z + 0.02), 0.0, 0.1, 0.04)
+            objects[name] = MappedObject(name, "Debris", 2, (x, y, z), (0, 0, 0, 1), cells, seen)
         for name, (x, y) in self.targets.items():
             objects[name] = MappedObject(name, "Target", 3, (x, y, 0.89), (0, 0, 0, 1), NO_CELLS)
         for name, robot in self.robots.items():
@@ -236,7 +260,8 @@ class FakeCell:
         if kinds != self._registered:
             known = set(self._registered or {})
             self._registered = kinds
-            self._step(RegistryUpdate(kinds, dict.fromkeys(self.robots, SHAPE)))
+            pieces = dict.fromkeys(self.debris, PIECE)
+            self._step(RegistryUpdate(kinds, dict.fromkeys(self.robots, SHAPE), pieces))
             for name in sorted((set(self.robots) | set(self.arms)) - known - self.lost):
                 self._step(ServerUpdate(name, True))
 
@@ -265,6 +290,9 @@ class FakeCell:
             self._events.append(GoalDone(goal.robot, goal.serial, *failure))
         elif goal.robot in self.arms:
             self._tell(self.arms[goal.robot], goal)
+        elif goal.robot in self.handless and " " in goal.action:
+            said = f"{goal.action}: {goal.robot} has no hand"
+            self._events.append(GoalDone(goal.robot, goal.serial, Outcome.REJECTED, said))
         elif goal.action == "CALIBRATION":
             self._events.append(GoalDone(goal.robot, goal.serial, Outcome.SUCCEEDED, "SPACE=XY/AREA=17,7,15"))
         else:
@@ -287,9 +315,59 @@ class FakeCell:
         if robot is not None and robot.goal is not None and robot.goal.serial == action.serial:
             self._end(action.robot, Outcome.PREEMPTED)
 
-    def _end(self, name, outcome):
+    def _arrive(self, name, robot):
+        """At the target of a goal; a hand begins there, and is done a while later."""
+        word = robot.goal.action.split(" ")[0]
+        if word not in ("PICK", "DROP"):
+            self._end(name, Outcome.SUCCEEDED)
+            return
+        robot.hand_s += PERIOD_S
+        if robot.hand_s < HAND_S:
+            return
+        robot.hand_s = 0.0
+        fault = self._pick(name, robot) if word == "PICK" else self._drop(name, robot)
+        self._end(name, Outcome.ABORTED if fault else Outcome.SUCCEEDED, fault)
+
+    def _pick(self, name, robot):
+        """What lies under a hand hangs on it; why nothing does."""
+        if robot.holds:
+            return "something hangs on the cup already"
+        free = set(self.debris) - {other.holds for other in self.robots.values()}
+        near = [n for n in sorted(free) if math.dist(self.debris[n], (robot.x, robot.y)) < REACH_M]
+        if not near or self.heights.get(near[0], ON_PART_M) < ON_PART_M or name in self.leaky:
+            return "nothing met down to 0.200 m, where the lift ends"
+        robot.holds, self.heights[near[0]] = near[0], HELD_M
+        self._events.append(Grasp(name, True))
+        return ""
+
+    def _drop(self, name, robot):
+        """What hangs on a hand falls into the bin below, or onto the floor; why it does not."""
+        if not robot.holds:
+            return "nothing hangs on the cup"
+        below = [n for n, at in self.bins.items() if math.dist(at, (robot.x, robot.y)) < 0.18]
+        if below and below[0] in self.blocked_bins:
+            return "met something 0.100 m down; is the bin full?"
+        self.release(name)
+        return ""
+
+    def release(self, name):
+        """A hand lets go of what it holds, which falls down."""
         robot = self.robots[name]
-        self._events.append(GoalDone(name, robot.goal.serial, outcome, "done" if outcome is Outcome.SUCCEEDED else ""))
+        self.heights[robot.holds] = LANDED_M
+        robot.holds = ""
+        self._events.append(Grasp(name, False))
+
+    def binned(self, piece):
+        """Whether a piece lies in a bin, held by nobody: ground truth."""
+        x, y = self.debris[piece]
+        held = any(robot.holds == piece for robot in self.robots.values())
+        spots = [(x - bx, y - by, self.heights.get(piece, ON_PART_M)) for bx, by in self.bins.values()]
+        return not held and any(bins.inside(np.array(spot)) for spot in spots)
+
+    def _end(self, name, outcome, message=""):
+        robot = self.robots[name]
+        text = message or ("done" if outcome is Outcome.SUCCEEDED else "")
+        self._events.append(GoalDone(name, robot.goal.serial, outcome, text))
         robot.goal = None
 
     def _delete(self, name):

@@ -9,11 +9,11 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from typing import Deque, Dict, List, Optional
+from typing import Any, Callable, Deque, Dict, List, Optional, Type, Union
 
 import numpy as np
 import rospy
-from std_msgs.msg import Int8
+from std_msgs.msg import Bool, Int8
 
 from yarm.commander.events import (
     Action,
@@ -21,6 +21,7 @@ from yarm.commander.events import (
     ClockReset,
     DeleteObject,
     Event,
+    Grasp,
     Hold,
     Level,
     Log,
@@ -78,6 +79,7 @@ class CommanderNode:
         self._links = Links(self._inbox.append)
         self._kinds: Dict[str, str] = {}
         self._sanders: Dict[str, rospy.Subscriber] = {}
+        self._hands: Dict[str, rospy.Subscriber] = {}
         self._safety_said: Deque[SafetyStatus] = deque()
         self._held: Dict[str, str] = {}
         self._last_map_wall_s = -1.0
@@ -138,11 +140,24 @@ class CommanderNode:
             self._kinds = dict(getattr(update, "kinds", {}))
             self._links.follow([n for n, kind in sorted(self._kinds.items()) if kind in ROBOT_KINDS])
             arms = [name for name, kind in self._kinds.items() if kind == ObjectKind.MANIPULATOR]
-            for name in [name for name in self._sanders if name not in arms]:
-                self._sanders.pop(name).unregister()
-            for name in [name for name in arms if name not in self._sanders]:
-                topic = names.sander_state(name)
-                self._sanders[name] = rospy.Subscriber(topic, Int8, self._on_sander, callback_args=name, queue_size=10)
+            mobiles = [name for name, kind in self._kinds.items() if kind == ObjectKind.MOBILE]
+            handed = mobiles if self._params.bins_used else []
+            self._hear(self._sanders, arms, names.sander_state, Int8, self._on_sander)
+            self._hear(self._hands, handed, lambda name: names.gripper(name, "grasping"), Bool, self._on_grasping)
+
+    @staticmethod
+    def _hear(
+        heard: Dict[str, rospy.Subscriber],
+        robots: List[str],
+        topic: Callable[[str], str],
+        kind: Type[Union[Bool, Int8]],
+        callback: Callable[[Any, str], None],
+    ) -> None:
+        """Subscribe to a topic of each of these robots, and of no others."""
+        for name in [name for name in heard if name not in robots]:
+            heard.pop(name).unregister()
+        for name in [name for name in robots if name not in heard]:
+            heard[name] = rospy.Subscriber(topic(name), kind, callback, callback_args=name, queue_size=10)
 
     def _on_sander(self, message: Int8, arm: str) -> None:
         state = SanderState.of(message.data)
@@ -150,6 +165,9 @@ class CommanderNode:
             rospy.logwarn_throttle(10.0, f"{names.sander_state(arm)}: {message.data} is no state of a sander: ignored")
         else:
             self._inbox.append(SanderChange(arm, state))
+
+    def _on_grasping(self, message: Bool, robot: str) -> None:
+        self._inbox.append(Grasp(robot, bool(message.data)))
 
     def _on_safety(self, message: SafetyStatus) -> None:
         """In lock-step it waits for the next map: whether it comes before or after that of its own time is chance."""

@@ -10,7 +10,7 @@ import rospy
 from tf2_msgs.msg import TFMessage
 
 from yarm.commander.events import RegistryUpdate
-from yarm.commander.shapes import RobotShape, robot_shape
+from yarm.commander.shapes import PieceShape, RobotShape, piece_shape, robot_shape
 from yarm.geometry import FloatArray
 from yarm.geometry.kinds import ObjectKind
 from yarm.msg import ObjectRegistry, RegisteredObject
@@ -80,4 +80,11 @@ class RegistryWatch:
         with self._lock:
             kinds = {entry.name: entry.object for entry in self._entries}
             shapes = {name: shape for name, shape in self._shapes.items() if name in kinds}
-        self._on_update(RegistryUpdate(kinds, shapes))
+            pieces = pieces_of(self._entries)
+        self._on_update(RegistryUpdate(kinds, shapes, pieces))
+
+
+def pieces_of(entries: Sequence[RegisteredObject]) -> Dict[str, PieceShape]:
+    """The known shapes of the debris in the registry, by name."""
+    solids = {e.name: [s for _, s in solids_of(e)] for e in entries if e.object == ObjectKind.DEBRIS}
+    return {name: piece_shape(own) for name, own in solids.items() if own}

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 from typing import Callable, Dict, List, Sequence
 
-from yarm.commander.params import CheckSteps
+from yarm.commander.params import CheckSteps, Removal
 from yarm.exploration.registry import CONTROLLERS
 from yarm.inspection.model import CONTROLLERS as ROUNDS
 from yarm.params import has_form
@@ -112,6 +112,7 @@ CHECKS: Dict[str, Check] = {
     "backend": _one_of("fused", "pcl"),
     "mode": _one_of("bounded", "boundless"),
     "check_steps": _one_of(*(mode.value for mode in CheckSteps)),
+    "removal": _one_of(*(way.value for way in Removal)),
     "real_time_factor": _number(0.0, 100.0),
     "recording": _recording,
     "drive": _one_of("mux", "move_base"),
@@ -123,6 +124,7 @@ CHECKS: Dict[str, Check] = {
     **dict.fromkeys(
         (
             "sander",
+            "hands",
             "sync",
             "bag",
             "nodelets",

@@ -24,8 +24,18 @@ from yarm.srv import SpawnObstacles, SpawnObstaclesResponse
 SERVICE_TIMEOUT_S = 30.0
 UNANSWERED = f"the simulation did not answer within {SERVICE_TIMEOUT_S:.0f} s"
 HEADING_STATES = tuple(
-    state.value for state in (TaskState.ASSIGNED, TaskState.MOVING, TaskState.REACHED, TaskState.BACKING_OUT)
+    state.value
+    for state in (
+        TaskState.REACHED,
+        TaskState.ASSIGNED,
+        TaskState.MOVING,
+        TaskState.BACKING_OUT,
+        TaskState.PICKING,
+        TaskState.CARRYING,
+        TaskState.DROPPING,
+    )
 )
+"""Of a task whose robot may touch its goal; of several tasks of a robot the one that stands last here says which."""
 
 
 class Inbox(Jobs):
@@ -128,7 +138,8 @@ class Inbox(Jobs):
     def _on_commander(self, message: CommanderStatus) -> None:
         def job() -> None:
             self.commander_state = message.state_name
-            goals = {t.robot: t.goal for t in message.tasks if t.robot and t.status in HEADING_STATES}
+            tasks = [t for t in message.tasks if t.robot and t.status in HEADING_STATES]
+            goals = {t.robot: t.goal for t in sorted(tasks, key=lambda t: HEADING_STATES.index(t.status))}
             self._world.contacts.set_goals(goals)
 
         self.put(job)

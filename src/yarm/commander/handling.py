@@ -1,0 +1,242 @@
+"""Hands at work in a mission: pick up what was reached, let it go over a bin, and see that it lies in there.
+
+A robot whose hand is at work stands still and is not planned for; the others go on meanwhile. Between its two works it
+carries the piece to a bin like to any goal. What the map shows and what the hand says must agree: a piece counts as
+done when it lies in a bin and no hand holds it, and one that has left the hand anywhere else is debris again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Dict, List, Optional
+
+from yarm.commander.cell_state import CellState
+from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, SendGoal, Target, TaskState, TaskView
+from yarm.commander.goals import ActiveGoal, Purpose
+from yarm.commander.pieces import Refusal
+from yarm.control.actions import MobileAction
+from yarm.geometry import MappedObject
+from yarm.planning.model.types import Goal, GoalKind
+
+ALIGN_M = 0.12
+"""A hand is brought over something from at most so far, metres; what lies farther is driven to first."""
+
+
+@dataclass
+class _Job:
+    """A piece on its way into a bin.
+
+    Attributes:
+        robot: whose hand it is for.
+        piece: its name.
+        stage: PICKING, CARRYING or DROPPING.
+        since_s: when it came to this stage, or when the hand begins again.
+        tries: works of the hand in this stage that failed.
+        reason: why the last of them did.
+        bin: where it is let go.
+    """
+
+    robot: str
+    piece: str
+    stage: TaskState
+    since_s: float
+    tries: int = 0
+    reason: str = ""
+    bin: str = ""
+
+
+class Handling:
+    """What the hands of a mission's robots do."""
+
+    def __init__(self, cell: CellState) -> None:
+        """Nothing yet."""
+        self._cell = cell
+        self._jobs: Dict[str, _Job] = {}
+
+    @property
+    def busy(self) -> str:
+        """Whose hands are at work, for people; empty when none is."""
+        jobs = [job for job in self._jobs.values() if job.stage is not TaskState.CARRYING]
+        return ", ".join(f"{job.robot} is {job.stage.value} {job.piece}" for job in jobs)
+
+    def start(self, now_s: float) -> None:
+        """A mission starts: what hangs on hands goes on to a bin, and what was given back may be tried again."""
+        cell = self._cell
+        self._jobs = {}
+        cell.at_work, cell.refused, cell.full_bins = set(), {}, {}
+        for robot, load in sorted(cell.loads.items()):
+            self._jobs[load.piece] = _Job(robot, load.piece, TaskState.CARRYING, now_s)
+            cell.queue.hold(Goal(load.piece, GoalKind.DEBRIS, (0, 0)), robot, now_s)
+
+    def waiting(self) -> str:
+        """Why something that is carried, or was given back, gets into no bin; empty when nothing is left so."""
+        cell = self._cell
+        full = "; ".join(f"{found.name} is full: {cell.full(found)}" for found in cell.bins if cell.full(found))
+        for robot, load in sorted(cell.loads.items()):
+            if all(cell.full(found) for found in cell.bins):
+                return f"{robot} carries {load.piece} and waits for a bin: {full or 'there is none on the map'}"
+        return next((f"{name}: {refusal.reason}" for name, refusal in sorted(cell.refused.items())), "")
+
+    def reached(self, robot: str, goal: Goal, now_s: float) -> List[Action]:
+        """A robot stands over a piece or a bin: its hand begins."""
+        self._cell.at_work.add(robot)
+        if goal.kind is GoalKind.DEBRIS:
+            self._cell.queue.hold(goal, robot, now_s)
+            self._jobs[goal.name] = _Job(robot, goal.name, TaskState.PICKING, now_s)
+            return self._pick(self._jobs[goal.name], now_s)
+        job = self._jobs[self._cell.loads[robot].piece]
+        job.stage, job.bin, job.since_s = TaskState.DROPPING, goal.name.split("/")[0], now_s
+        return self._drop(job, now_s)
+
+    def advance(self, now_s: float) -> List[Action]:
+        """Take in a new map."""
+        actions: List[Action] = []
+        limit_s = self._cell.params.hand_timeout_s
+        for goal in self._cell.goals.of(Purpose.HAND):
+            if now_s - goal.sent_s > limit_s:
+                actions += self._cell.goals.cancel(goal.robot, now_s, f"not done within {limit_s:g} s")
+        self._notice_losses()
+        for job in list(self._jobs.values()):
+            if not self._working(job.robot) and now_s >= job.since_s:
+                actions += self._go_on(job, now_s)
+        return actions + self._taken_out()
+
+    def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
+        """A pick or a drop has ended; what the hand holds now is known to the cell."""
+        job = next((job for job in self._jobs.values() if job.robot == goal.robot and self._is_of(job, goal)), None)
+        if job is None:
+            self._cell.at_work.discard(goal.robot)
+            return []
+        holds = self._cell.loads.get(job.robot)
+        done = (holds is not None) is (job.stage is TaskState.PICKING)
+        job.since_s = now_s
+        if done:
+            return self._hand_done(job, event, now_s)
+        job.reason = goal.why or f"{event.outcome.value} {event.message}".rstrip()
+        job.tries += goal.cancelled_s is None
+        if job.stage is TaskState.DROPPING:
+            self._back_to_carrying(job)
+        else:
+            job.since_s += self._cell.params.retry_s
+        return [Log(Level.WARN, f"{job.robot}: {goal.action} failed, try {job.tries}: {job.reason}")]
+
+    def tasks(self) -> List[TaskView]:
+        """Pieces on their way, and those that were given back."""
+        jobs = sorted(self._jobs.values(), key=lambda job: job.robot)
+        views = [TaskView(job.robot, job.piece, GoalKind.DEBRIS, job.stage, job.reason) for job in jobs]
+        return views + [
+            TaskView("", name, GoalKind.DEBRIS, TaskState.UNREACHABLE, refusal.reason)
+            for name, refusal in sorted(self._cell.refused.items())
+        ]
+
+    def _go_on(self, job: _Job, now_s: float) -> List[Action]:
+        """The next thing for a piece whose robot's hand is not at work."""
+        if job.stage is TaskState.PICKING:
+            return self._try_again(job, now_s)
+        if job.stage is TaskState.CARRYING:
+            return [] if job.robot in self._cell.loads else self._lost(job, f"{job.robot} has lost {job.piece}")
+        return self._look_into_bin(job, now_s)
+
+    def _try_again(self, job: _Job, now_s: float) -> List[Action]:
+        if job.tries < self._cell.params.pick_tries:
+            return self._pick(job, now_s)
+        found = self._thing(job.piece)
+        reason = f"not picked up in {job.tries} tries: {job.reason}"
+        if found is not None:
+            self._cell.refused[job.piece] = Refusal(reason, (found.position_m[0], found.position_m[1]))
+        return self._lost(job, f"{job.piece} is given back: {reason}")
+
+    def _pick(self, job: _Job, now_s: float) -> List[Action]:
+        found = self._thing(job.piece)
+        place = None if found is None else self._target(job.robot, found)
+        if place is None:
+            return self._lost(job, f"{job.piece} is no longer where {job.robot} stands")
+        return [self._send(job, MobileAction.PICK, job.piece, place, now_s)]
+
+    def _drop(self, job: _Job, now_s: float) -> List[Action]:
+        found = self._thing(job.bin)
+        place = None if found is None else self._target(job.robot, found)
+        if place is None:
+            self._back_to_carrying(job)
+            return [Log(Level.WARN, f"{job.bin} is no longer where {job.robot} stands")]
+        return [self._send(job, MobileAction.DROP, job.bin, place, now_s)]
+
+    def _send(self, job: _Job, action: MobileAction, name: str, place: Target, now_s: float) -> SendGoal:
+        return self._cell.goals.send(job.robot, Purpose.HAND, f"{action.value} {name}", now_s, place)
+
+    def _hand_done(self, job: _Job, event: GoalDone, now_s: float) -> List[Action]:
+        self._cell.at_work.discard(job.robot)
+        job.tries, job.reason = 0, ""
+        if job.stage is TaskState.PICKING:
+            job.stage = TaskState.CARRYING
+            return [Log(Level.INFO, f"{job.robot} has {job.piece}: {event.message}")]
+        job.since_s = now_s + self._cell.params.fall_s
+        if event.outcome is Outcome.SUCCEEDED:
+            return [Log(Level.INFO, f"{job.robot} has let {job.piece} go over {job.bin}: {event.message}")]
+        return [Log(Level.WARN, f"{job.robot} has no {job.piece} any more: {event.message}")]
+
+    def _look_into_bin(self, job: _Job, now_s: float) -> List[Action]:
+        found = self._thing(job.piece)
+        where = "" if found is None else self._cell.bin_of(found)
+        if not where:
+            return self._lost(job, f"{job.piece} was let go over {job.bin} and does not lie in it")
+        self._cell.queue.laid_down(job.piece, now_s)
+        del self._jobs[job.piece]
+        return [Log(Level.INFO, f"{job.piece} lies in {where}")]
+
+    def _back_to_carrying(self, job: _Job) -> None:
+        """The bin would not take it: it is tried again, and after some tries counts as full."""
+        self._cell.at_work.discard(job.robot)
+        job.stage = TaskState.CARRYING
+        if job.tries >= self._cell.params.pick_tries:
+            self._cell.full_bins[job.bin] = f"nothing was let go in {job.tries} tries: {job.reason}"
+            job.tries = 0
+
+    def _lost(self, job: _Job, why: str) -> List[Action]:
+        """A piece is a goal again, or nothing when it is gone."""
+        self._cell.at_work.discard(job.robot)
+        self._cell.queue.undone(job.piece)
+        del self._jobs[job.piece]
+        return [Log(Level.WARN, why)]
+
+    def _notice_losses(self) -> None:
+        """A hand that says it holds nothing has lost what it carried."""
+        for robot in list(self._cell.loads):
+            if not self._working(robot) and self._cell.grasping.get(robot) is False:
+                del self._cell.loads[robot]
+
+    def _taken_out(self) -> List[Action]:
+        """Pieces that were done and lie in no bin any more are goals again."""
+        actions: List[Action] = []
+        if not self._cell.params.bins_used:
+            return actions
+        known = set(self._jobs) | self._cell.carried
+        for thing in self._cell.of_kind(GoalKind.DEBRIS):
+            if thing.name in self._cell.queue.leaving - known and not self._cell.bin_of(thing):
+                self._cell.queue.undone(thing.name)
+                actions.append(Log(Level.WARN, f"{thing.name} is in no bin any more"))
+        return actions
+
+    def _working(self, robot: str) -> bool:
+        goal = self._cell.goals.active.get(robot)
+        return goal is not None and goal.purpose is Purpose.HAND
+
+    def _is_of(self, job: _Job, goal: ActiveGoal) -> bool:
+        """Whether a hand's goal is a piece's present work."""
+        picks = MobileAction.of(goal.action) is MobileAction.PICK
+        name = goal.action.split(" ", 1)[1]
+        if picks:
+            return job.stage is TaskState.PICKING and job.piece == name
+        return job.stage is TaskState.DROPPING and job.bin == name
+
+    def _thing(self, name: str) -> Optional[MappedObject]:
+        return self._cell.map.objects.get(name) if self._cell.map is not None else None
+
+    def _target(self, robot: str, found: MappedObject) -> Optional[Target]:
+        """Where a robot's end effector goes for something, its heading kept; None when it is too far off for that."""
+        tracked = self._cell.robots.get(robot)
+        x, y, _ = self._cell.place_of(found)
+        if tracked is None or math.hypot(x - tracked.x, y - tracked.y) > ALIGN_M:
+            return None
+        return Target(x, y, tracked.nominal_yaw_rad)
