@@ -38,7 +38,7 @@ class ChoiceSettings:
     around_m: float = 1.0
     turns_deg: Tuple[float, ...] = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 120.0, -120.0, 150.0, -150.0)
     speed_mps: float = 0.27
-    turn_radps: float = 1.1
+    turn_radps: float = 1.6
     settle_s: float = 0.7
     least_cells: float = 6.0
     weighed: int = 4

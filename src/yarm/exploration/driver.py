@@ -70,6 +70,10 @@ class DriverSettings:
         stuck_rad: ... turned less than this: it is stuck.
         blocked_s: standing before something for so long is a failure.
         turn_radps: greatest rate of turning.
+        turn_up_radps2: how fast the rate of turning may change.
+        turn_gain_per_s: rate of turning per heading error.
+        speed_up_mps2: how fast the speed may grow.
+        drive_below_rad: a robot that turns in place sets off once its heading error is below this.
         arrive_m: a goal is reached within this.
         arrive_rad: its heading is reached within this.
     """
@@ -84,6 +88,10 @@ class DriverSettings:
     stuck_rad: float = 0.1
     blocked_s: float = 1.5
     turn_radps: float = 1.2
+    turn_up_radps2: float = 4.0
+    turn_gain_per_s: float = 2.5
+    speed_up_mps2: float = 0.6
+    drive_below_rad: float = 0.20
     arrive_m: float = 0.05
     arrive_rad: float = 0.06
 
@@ -119,6 +127,10 @@ class Driver:
                 near_speed_mps=params.near_speed,
                 near_distance_m=params.near_distance,
                 turn_radps=self._settings.turn_radps,
+                gain_per_s=self._settings.turn_gain_per_s,
+                drive_below_rad=self._settings.drive_below_rad,
+                speed_up_mps2=self._settings.speed_up_mps2,
+                turn_up_radps2=self._settings.turn_up_radps2,
                 arrive_m=self._settings.arrive_m,
                 arrive_rad=self._settings.arrive_rad,
             )
@@ -170,15 +182,15 @@ class Driver:
             self.stop()
         return self.map
 
-    def field(self, pose: Pose2, fresh: bool = False) -> Field:
-        """Ways from here over the newest map; ``fresh`` from exactly here, else from where it was last computed.
+    def field(self, pose: Pose2, within_m: float = math.inf) -> Field:
+        """Ways over the newest map from here, or from where they were last computed if that is within so many metres.
 
         Raises:
             RuntimeError: there is no map yet.
         """
         if self.map is None:
             raise RuntimeError("ways were asked for before there was a map")
-        if self._field is None or (fresh and self._field_from.distance(pose) > SAME_PLACE_M):
+        if self._field is None or self._field_from.distance(pose) > within_m:
             if self._ground is None:
                 unknown = self._settings.unknown_passable
                 self._ground = Ground(self.map, PlanSettings(radius_m=DISC_M, unknown_passable=unknown))
@@ -279,7 +291,7 @@ class Driver:
         self._checked = self._version
         if check_path(self.map, self._left(pose), DISC_M).clear:
             return ""
-        field = self.field(pose, fresh=True)
+        field = self.field(pose, SAME_PLACE_M)
         if field.reason:
             return field.reason
         return self.go(field, self.map.cell_of(*self._goal_point), self._yaw)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import List, Optional, Tuple
 
-from yarm.exploration.driver import Driven, Driver, Drives
+from yarm.exploration.driver import SAME_PLACE_M, Driven, Driver, Drives
 from yarm.exploration.model import Event, Observation
 from yarm.geometry import Pose2, wrap_angle
 
@@ -104,7 +104,7 @@ class MoveBase:
         """Looks for a way; the goal is kept without one until the patience is over."""
         assert self._goal is not None
         self._searched_s = observation.now_s
-        field = self._driver.field(pose, fresh=True)
+        field = self._driver.field(pose, SAME_PLACE_M)
         cell = field.grid_map.cell_of(self._goal.x, self._goal.y)
         refused = field.reason or self._driver.go(field, cell, self._goal.yaw_rad)
         if not refused and driven.state is Drives.DRIVING:

@@ -9,7 +9,7 @@ from typing import List, Optional, Tuple
 import numpy as np
 from scipy import ndimage
 
-from yarm.exploration.driver import Driver, DriverSettings, Drives
+from yarm.exploration.driver import SAME_PLACE_M, Driver, DriverSettings, Drives
 from yarm.exploration.failed import FailedViews
 from yarm.exploration.frontiers import Frontier, frontier_cells, frontiers_of
 from yarm.exploration.model import Event, FrontierView, Intent, Observation, Step
@@ -75,7 +75,7 @@ class NearestController:
         return Step(driven.command, behaviour, tuple(events), intent=self._intent())
 
     def _choose(self, pose: Pose2, now_s: float) -> List[Event]:
-        field = self._driver.field(pose, fresh=True)
+        field = self._driver.field(pose, SAME_PLACE_M)
         best = self._best(field)
         if best is None and not field.reason and self._turns < TURNS:
             return self._look_around(pose, now_s)

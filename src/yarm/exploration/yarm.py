@@ -12,7 +12,7 @@ from yarm.exploration.choice import Choice, ChoiceSettings, View
 from yarm.exploration.driver import DISC_M, LOOK_PASSES, Driven, Driver, DriverSettings, Drives
 from yarm.exploration.failed import FailedViews
 from yarm.exploration.frontiers import frontier_cells, frontiers_of
-from yarm.exploration.model import Event, FrontierView, Intent, Observation, Step
+from yarm.exploration.model import LOOP_S, Event, FrontierView, Intent, Observation, Step
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import SweptGround
 from yarm.exploration.views import Views
@@ -20,8 +20,18 @@ from yarm.geometry import FloatArray, Pose2, wrap_angle
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.planner import Field
 
-DRIVING = DriverSettings(arrive_m=0.10, arrive_rad=0.15)
-"""Views need no exact poses."""
+DRIVING = DriverSettings(
+    turn_radps=1.8,
+    turn_up_radps2=6.0,
+    turn_gain_per_s=4.0,
+    speed_up_mps2=1.0,
+    drive_below_rad=0.3,
+    arrive_m=0.10,
+    arrive_rad=0.15,
+)
+"""Views need no exact poses; a third of the time went into turns on the spot, so these are quick."""
+BESIDE_M = 0.05
+"""Ways that were searched for from this near are good enough to decide by."""
 MOST_LATE_S = 1.0
 """Maps that come in every pass put a decision off by no more than this."""
 
@@ -116,15 +126,17 @@ class YarmController:
             if known > self._known_m2 + 0.05:
                 self._known_m2, self._round = known, 0
         self._passes += 1
-        if observation.scan is not None and self._passes % LOOK_PASSES == 1:
+        if observation.scan is not None and self._passes % LOOK_PASSES == 2:  # the driver looks in others
             self._swept.see(pose, observation.scan, observation.now_s)
 
     def _due(self, driven: Driven, now_s: float, pose: Pose2) -> bool:
-        """Whether to decide in this pass; while it drives, not in the one that has a new map to take in already."""
+        """Whether to decide in this pass; while it drives, the one with a new map only finds the ways."""
         if driven.state is not Drives.DRIVING or self._goal is None:
             return True
         waited_s = now_s - self._decided_s - 1.0 / self._params.planner_frequency
         if self._map_is_new and waited_s < MOST_LATE_S:
+            if waited_s >= -LOOP_S:
+                self._driver.field(pose, BESIDE_M).search()
             return False
         if waited_s >= -1e-6 and self._decided_version != self._driver.version:
             return True
@@ -163,7 +175,7 @@ class YarmController:
 
     def _decide(self, now_s: float, pose: Pose2) -> List[Event]:
         self._decided_s, self._decided_version = now_s, self._driver.version
-        field = self._driver.field(pose, fresh=True)
+        field = self._driver.field(pose, BESIDE_M)
         if field.reason:
             return self._enclosed(now_s, field.reason)
         self._enclosed_since = None

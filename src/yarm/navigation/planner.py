@@ -57,14 +57,29 @@ class Field:
     @property
     def cost(self) -> FloatArray:
         """(rows, columns) metres, weighted where it is narrow; inf where the disc cannot go."""
-        self._search()
+        self.search()
         return self._cost
 
     @property
     def length(self) -> FloatArray:
         """(rows, columns) metres along the cells, not weighted; inf where the disc cannot go."""
-        self._search()
+        self.search()
         return self._length
+
+    def search(self) -> None:
+        """Search now, and not when something is first asked for; once is enough."""
+        if self._searched or self._root is None:
+            return
+        self._searched = True
+        graph = self._ground.graph(self._standable)
+        nodes, columns = graph.nodes, self._cost.shape[1]
+        first = int(np.searchsorted(nodes, self._root[0] * columns + self._root[1]))
+        cost, before = dijkstra(graph.costs, indices=first, return_predecessors=True)
+        lead = float(np.hypot(*(np.array(self.grid_map.centre_of(*self._root)) - (self._start.x, self._start.y))))
+        self._cost.ravel()[nodes] = cost + lead
+        reached = before >= 0
+        self._before.ravel()[nodes[reached]] = nodes[before[reached]]
+        self._lengths(nodes, cost, before, lead)
 
     def reachable(self, cell: Cell) -> bool:
         """Whether the disc can get to a cell."""
@@ -147,7 +162,7 @@ class Field:
 
     def _parents(self) -> IntArray:
         """(cells,) the flat cell before each on the way from the start; its own where there is none."""
-        self._search()
+        self.search()
         if self._parent is None:
             before = self._before.ravel()
             self._parent = np.where(before >= 0, before, np.arange(len(before)))
@@ -182,20 +197,6 @@ class Field:
             f"{self._settings.leave_m:g} m where a disc of {self._settings.radius_m:g} m fits can be reached from it"
         )
         return None
-
-    def _search(self) -> None:
-        if self._searched or self._root is None:
-            return
-        self._searched = True
-        graph = self._ground.graph(self._standable)
-        nodes, columns = graph.nodes, self._cost.shape[1]
-        first = int(np.searchsorted(nodes, self._root[0] * columns + self._root[1]))
-        cost, before = dijkstra(graph.costs, indices=first, return_predecessors=True)
-        lead = float(np.hypot(*(np.array(self.grid_map.centre_of(*self._root)) - (self._start.x, self._start.y))))
-        self._cost.ravel()[nodes] = cost + lead
-        reached = before >= 0
-        self._before.ravel()[nodes[reached]] = nodes[before[reached]]
-        self._lengths(nodes, cost, before, lead)
 
     def _lengths(self, nodes: IntArray, cost: FloatArray, before: IntArray, lead: float) -> None:
         """Plain lengths along the ways of least cost, by doubling jumps up the tree."""

@@ -17,6 +17,7 @@ from yarm.exploration.driver import SOON_PASSED, TOUCHING_M, Driven, Driver, Dri
 from yarm.exploration.model import LOOP_S, LowView
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import EDGE_M
+from yarm.exploration.yarm import DRIVING
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Odometry
 from yarm.navigation.grid_map import GridMap
@@ -94,6 +95,27 @@ def test_it_creeps_where_the_floor_was_never_seen() -> None:
     seeing = Rig(DriverSettings(cautious=True))
     seeing.go(*GOAL)
     assert max(g.command.v_mps for g in seeing.until(Drives.ARRIVED)) == pytest.approx(0.3)
+
+
+def test_yarm_turns_round_quickly_and_does_not_swing_over() -> None:
+    rig = Rig(DRIVING)
+    rig.step()
+    rig.driver.turn(rig.pose, math.radians(179.0))
+    given = rig.until(Drives.ARRIVED)
+    rates = np.array([g.command.w_radps for g in given])
+    assert rates.min() >= 0.0 and rates.max() == pytest.approx(DRIVING.turn_radps)
+    assert np.abs(np.diff(rates[:-1])).max() <= DRIVING.turn_up_radps2 * LOOP_S + 1e-9
+    assert len(given) * LOOP_S < 3.0
+    assert abs(rig.pose.yaw_rad - math.radians(179.0)) <= DRIVING.arrive_rad
+
+
+def test_ways_are_searched_for_again_only_from_farther_away() -> None:
+    rig = Rig()
+    rig.step()
+    ways = rig.driver.field(START)
+    assert rig.driver.field(Pose2(START.x + 0.04, START.y), 0.05) is ways
+    assert rig.driver.field(Pose2(START.x + 2.0, START.y)) is ways
+    assert rig.driver.field(Pose2(START.x + 0.06, START.y), 0.05) is not ways
 
 
 def test_all_floor_that_the_body_is_about_to_sweep_is_looked_at() -> None:
