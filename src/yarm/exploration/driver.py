@@ -21,10 +21,10 @@ from yarm.navigation.planner import Cell, Field
 from yarm.robots import turtlebot
 
 
-def _strip_ahead(from_m: float, to_m: float, half_width_m: float) -> FloatArray:
-    """(n, 2) points no farther apart than a square of swept ground, of the strip ahead, outside the body."""
-    ahead = np.linspace(from_m, to_m, math.ceil((to_m - from_m) / EDGE_M) + 1)
-    aside = np.linspace(-half_width_m, half_width_m, math.ceil(2.0 * half_width_m / EDGE_M) + 1)
+def _strip_ahead(from_m: float, to_m: float, half_width_m: float, apart_m: float = EDGE_M) -> FloatArray:
+    """(n, 2) points no farther apart than a square of swept ground, or so far, of the strip ahead, outside the body."""
+    ahead = np.linspace(from_m, to_m, math.ceil((to_m - from_m) / apart_m) + 1)
+    aside = np.linspace(-half_width_m, half_width_m, math.ceil(2.0 * half_width_m / apart_m) + 1)
     points = np.stack(np.meshgrid(ahead, aside), axis=-1).reshape(-1, 2)
     outside: FloatArray = points[np.hypot(points[:, 0], points[:, 1]) > turtlebot.RADIUS_M]
     return outside
@@ -41,6 +41,8 @@ FLOOR_SEEN_M = (0.85, 2.5)
 SAME_PLACE_M = 0.01
 SOON_PASSED: FloatArray = _strip_ahead(0.10, 0.27, DISC_M)
 """(n, 2) points of the floor that the robot is about to pass before it can be slow, base frame, metres."""
+SOON_SWEPT: FloatArray = _strip_ahead(0.0, 0.27, DISC_M, 0.5 * EDGE_M)
+"""(n, 2) the same with what lies beside the body's front half, for robots that are quick to speed up and to turn."""
 TOUCHING_M = turtlebot.RADIUS_M + 0.02
 """Something this near ahead stops the robot."""
 
@@ -73,6 +75,8 @@ class DriverSettings:
         turn_up_radps2: how fast the rate of turning may change.
         turn_gain_per_s: rate of turning per heading error.
         speed_up_mps2: how fast the speed may grow.
+        foresee_s: the floor beside the body's front, and what it sweeps if it turns on for so long, must have been
+            seen too; 0: only what lies straight ahead.
         drive_below_rad: a robot that turns in place sets off once its heading error is below this.
         arrive_m: a goal is reached within this.
         arrive_rad: its heading is reached within this.
@@ -91,6 +95,7 @@ class DriverSettings:
     turn_up_radps2: float = 4.0
     turn_gain_per_s: float = 2.5
     speed_up_mps2: float = 0.6
+    foresee_s: float = 0.0
     drive_below_rad: float = 0.20
     arrive_m: float = 0.05
     arrive_rad: float = 0.06
@@ -149,6 +154,7 @@ class Driver:
         self._backing_m = 0.0
         self._back_reason = ""
         self._moves: Deque[Tuple[float, Pose2, Pose2]] = Deque()
+        self._turns_radps = 0.0
         self._blocked_s = 0.0
         self._checked = -1
         self._events: List[Event] = []
@@ -249,6 +255,7 @@ class Driver:
         if ahead < TOUCHING_M:
             cap = 0.0
         drive = self._follower.step(pose, ahead, self.field(pose).sees, cap)
+        self._turns_radps = drive.w_radps
         self._note_move(observation, pose, drive.v_mps, drive.w_radps)
         if drive.arrived:
             self._goal = None
@@ -325,9 +332,16 @@ class Driver:
         """A limit of the speed where neither camera nor map knows the floor that the robot is about to pass."""
         if not self._settings.cautious:
             return None
-        points = pose.moved(SOON_PASSED)
+        points = self._soon_passed(pose)
         unseen = points[~self.floor.since(points, 0.0)]
         return None if self._taken(unseen).all() else self._settings.touch_mps
+
+    def _soon_passed(self, pose: Pose2) -> FloatArray:
+        """(n, 2) points of the floor that the body is about to sweep, map frame, metres."""
+        if self._settings.foresee_s == 0.0:
+            return pose.moved(SOON_PASSED)
+        turned = Pose2(pose.x, pose.y, pose.yaw_rad + self._turns_radps * self._settings.foresee_s)
+        return np.concatenate([pose.moved(SOON_SWEPT), turned.moved(SOON_SWEPT)])
 
     def _taken(self, points: FloatArray) -> BoolArray:
         """(n,) which of points (n, 2) of the map frame lie on occupied cells."""

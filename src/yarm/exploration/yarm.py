@@ -25,6 +25,7 @@ DRIVING = DriverSettings(
     turn_up_radps2=6.0,
     turn_gain_per_s=4.0,
     speed_up_mps2=1.0,
+    foresee_s=0.3,
     drive_below_rad=0.3,
     arrive_m=0.10,
     arrive_rad=0.15,

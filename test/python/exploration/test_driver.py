@@ -13,7 +13,7 @@ from python.exploration.explorer_samples import far_scan, moved, observe
 from python.navigation.map_samples import drawn
 from yarm.experiments.explore.measures import SPEED_SLACK
 from yarm.experiments.explore.trial import ExploreSpec, run_trial
-from yarm.exploration.driver import SOON_PASSED, TOUCHING_M, Driven, Driver, DriverSettings, Drives
+from yarm.exploration.driver import SOON_PASSED, SOON_SWEPT, TOUCHING_M, Driven, Driver, DriverSettings, Drives
 from yarm.exploration.model import LOOP_S, LowView
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import EDGE_M
@@ -123,6 +123,14 @@ def test_all_floor_that_the_body_is_about_to_sweep_is_looked_at() -> None:
         for y in np.arange(-turtlebot.RADIUS_M, turtlebot.RADIUS_M + 1e-9, 0.01):
             gap = np.hypot(*(SOON_PASSED - (x, y)).T).min()
             assert gap <= EDGE_M / math.sqrt(2.0), f"nothing is looked at within {gap:.3f} m of ({x:.2f}, {y:.2f})"
+
+
+def test_what_lies_beside_the_body_is_looked_at_before_it_speeds_up() -> None:
+    for x in np.arange(0.0, 0.27, 0.01):
+        for y in np.arange(-turtlebot.RADIUS_M, turtlebot.RADIUS_M + 1e-9, 0.01):
+            if math.hypot(x, y) > turtlebot.RADIUS_M + 0.01:
+                gap = np.hypot(*(SOON_SWEPT - (x, y)).T).min()
+                assert gap <= 0.5 * EDGE_M, f"nothing is looked at within {gap:.3f} m of ({x:.2f}, {y:.2f})"
 
 
 @pytest.mark.parametrize("arena", ["bricks_7", "bricks_13", "bricks_24"])
