@@ -22,8 +22,8 @@ from yarm.inspection.model import (
     Stand,
 )
 from yarm.inspection.times import DriveTimes
-from yarm.inspection.tour_plan import Budget, Chance, Lengths, Plan, Planner
-from yarm.inspection.viewpoints import Viewpoint
+from yarm.inspection.tour_plan import Budget, Chance, Lengths, Plan, Planner, roomy
+from yarm.inspection.viewpoints import Gap, Viewpoint
 from yarm.params import param
 
 CHECK_S = 1.0
@@ -53,7 +53,12 @@ class Round(RoundFlow):
     """Our round."""
 
     def __init__(
-        self, boxes: Sequence[Box], lengths: Lengths, chance: Chance, params: Optional[RoundParams] = None
+        self,
+        boxes: Sequence[Box],
+        lengths: Lengths,
+        chance: Chance,
+        params: Optional[RoundParams] = None,
+        gap: Gap = roomy,
     ) -> None:
         """Visit these boxes.
 
@@ -62,10 +67,11 @@ class Round(RoundFlow):
             lengths: asks the navigation, as it knows the map now.
             chance: how likely a view decides.
             params: the defaults unless given.
+            gap: distance from a point to the nearest body.
         """
         super().__init__(boxes)
         self._lengths = lengths
-        self._planner = Planner(lengths, chance)
+        self._planner = Planner(lengths, chance, gap)
         self._params = params or RoundParams()
         self._times = DriveTimes()
         self._left: Dict[int, Box] = dict(self._boxes)

@@ -13,7 +13,7 @@ from yarm.inspection.boxes import Box
 from yarm.inspection.times import DriveTimes
 from yarm.inspection.tour import MOST_EXACT, Tour, largest_tour
 from yarm.inspection.tour_search import searched_tour
-from yarm.inspection.viewpoints import Viewpoint, viewpoint
+from yarm.inspection.viewpoints import Gap, Viewpoint, viewpoint
 
 DISTANCES_M = (0.45, 0.55, 0.65, 0.8, 0.95)
 ANGLES_DEG = (0, 20, -20, 40, -40, 60, -60)
@@ -24,6 +24,9 @@ MOST_VIEWS = 12
 AGAIN_S = 25.0
 """What a view that does not decide costs: coming back for another."""
 LEAST_CHANCE = 0.05
+ROOMY_M, TIGHT_M, TIGHT_S = 0.30, 0.20, 6.0
+"""A view with less than the first free around it costs more, with the second or less so much more: the robot is stopped
+before what is that near, and turns there slowly or not at all."""
 
 Lengths = Callable[[Pose2, Sequence[Pose2]], FloatArray]
 """Length of the way from a pose to each of some others, metres; inf where there is none."""
@@ -67,13 +70,19 @@ class Budget:
         return self.ratio * cost_s + self.look_s * stops <= self.left_s
 
 
+def roomy(x: float, y: float) -> float:
+    """Room without end around every point, metres."""
+    return math.inf
+
+
 class Planner:
     """Solves the rest of a round from wherever the robot stands."""
 
-    def __init__(self, lengths: Lengths, chance: Chance) -> None:
-        """Plan with these ways and chances."""
+    def __init__(self, lengths: Lengths, chance: Chance, gap: Gap = roomy) -> None:
+        """Plan with these ways, chances, and distances to the nearest body."""
         self._lengths = lengths
         self._ask = chance
+        self._gap = gap
         self._chances: Dict[Tuple[Box, Viewpoint], float] = {}
 
     def candidates(self, box: Box, here: Pose2) -> List[Viewpoint]:
@@ -94,6 +103,12 @@ class Planner:
         if (box, view) not in self._chances:
             self._chances[box, view] = self._ask(box, view)
         return self._chances[box, view]
+
+    def price_s(self, box: Box, view: Viewpoint) -> float:
+        """What a view costs beside the way to it: that it may not decide, and that there is little room."""
+        room_m = self._gap(view.pose.x, view.pose.y)
+        tight = min(max((ROOMY_M - room_m) / (ROOMY_M - TIGHT_M), 0.0), 1.0)
+        return (1.0 / max(self.chance_of(box, view), LEAST_CHANCE) - 1.0) * AGAIN_S + tight * TIGHT_S
 
     def fresh(self, box: Box, here: Pose2, seen: Mapping[int, Sequence[Viewpoint]]) -> List[Viewpoint]:
         """Candidates of a box that were not taken yet."""
@@ -125,7 +140,7 @@ class Planner:
             if not fresh:
                 unreachable.append(box.number)
             views += fresh
-            prices += [(1.0 / max(self.chance_of(box, view), LEAST_CHANCE) - 1.0) * AGAIN_S for view in fresh]
+            prices += [self.price_s(box, view) for view in fresh]
         worth = {box.number: value for box, value in boxes.items()}
         tour = self._solve(here, home, views, prices, worth, budget)
         return Plan(tuple(views[i] for i in tour.stops), tour.cost, tuple(unreachable), tour.gap)

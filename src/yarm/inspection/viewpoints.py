@@ -21,7 +21,7 @@ NARROW_M = 0.6
 Reachable = Callable[[Pose2], bool]
 """Whether the robot can get to a pose."""
 Gap = Callable[[float, float], float]
-"""Distance from a point of the map to the nearest body but the box that is looked at, metres."""
+"""Distance from a point of the map to the nearest body, metres."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import pytest
 from yarm.geometry import FloatArray, Pose2
 from yarm.inspection.boxes import Box
 from yarm.inspection.tour import MOST_EXACT
-from yarm.inspection.tour_plan import MOST_VIEWS, Budget, Planner
+from yarm.inspection.tour_plan import MOST_VIEWS, ROOMY_M, TIGHT_M, TIGHT_S, Budget, Planner
 from yarm.inspection.viewpoints import Viewpoint
 
 HOME = Pose2(0.0, 0.0)
@@ -34,6 +34,34 @@ def test_every_box_once_from_its_likeliest_view() -> None:
     assert sorted(view.box for view in plan.views) == [1, 2, 3, 4] and plan.unreachable == ()
     assert all(view.angle_deg == 0 for view in plan.views)
     assert [view.box for view in plan.views] in ([1, 2, 3, 4], [4, 3, 2, 1])
+
+
+def test_where_there_is_little_room_another_view_as_likely_is_taken() -> None:
+    def one_wall(x: float, y: float) -> float:
+        return max(x + 0.35, 0.0)
+
+    def likely(box: Box, view: Viewpoint) -> float:
+        return 0.9
+
+    beside = Planner(straight, likely, one_wall).plan(HOME, HOME, FIRST, {}, PLENTY).views[0]
+    west = Pose2(-2.0, 2.0)
+    nearest = Planner(straight, likely).plan(west, west, FIRST, {}, PLENTY).views[0]
+    roomiest = Planner(straight, likely, one_wall).plan(west, west, FIRST, {}, PLENTY).views[0]
+    assert nearest.pose.x < -0.1 and roomiest.pose.x > nearest.pose.x
+    assert one_wall(roomiest.pose.x, roomiest.pose.y) >= TIGHT_M and one_wall(beside.pose.x, beside.pose.y) >= TIGHT_M
+
+
+def test_a_view_with_little_room_costs_more_and_is_taken_where_there_is_no_other() -> None:
+    for room_m, tight_s in (
+        (math.inf, 0.0),
+        (ROOMY_M, 0.0),
+        (0.5 * (ROOMY_M + TIGHT_M), 0.5 * TIGHT_S),
+        (0.1, TIGHT_S),
+    ):
+        planner = Planner(straight, frontal, lambda x, y, room_m=room_m: room_m)
+        view = planner.plan(HOME, HOME, FIRST, {}, PLENTY).views[0]
+        plain = Planner(straight, frontal).price_s(ROW[0], view)
+        assert planner.price_s(ROW[0], view) == pytest.approx(plain + tight_s)
 
 
 def test_a_view_that_was_taken_is_not_taken_again() -> None:

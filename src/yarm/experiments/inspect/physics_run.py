@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import Optional, Sequence, Tuple
+from typing import Optional, Tuple
 
 from yarm.experiments.inspect.eyes import Camera, boxes_of
 from yarm.experiments.inspect.given import BY_HAND, room_map
 from yarm.experiments.inspect.pilot import Ways
 from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
 from yarm.experiments.inspect.runner import AFTER_S, DETECTOR, LIMIT_S
-from yarm.geometry import FloatArray, Pose2
+from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.flow import RoundFlow
 from yarm.inspection.model import CONTROLLERS, OURS, PRINTED, Look, Outcome, Stage
@@ -27,7 +27,6 @@ from yarm.inspection.senses import Picture, Senses
 from yarm.inspection.session import LOOP_S, InspectionSession, SessionParams, SessionStep
 from yarm.inspection.start_place import fitted
 from yarm.navigation.bodies import with_bodies
-from yarm.navigation.costs import clearance
 from yarm.navigation.low_obstacles import low_obstacles
 from yarm.navigation.move_base import MoveBase, Observation, Status
 from yarm.navigation.move_base_params import MoveBaseParams
@@ -109,16 +108,6 @@ class _Robot:
         """Whether there is a way from a pose to another."""
         return not self._base.make_plan(start, goal).reason
 
-    def lengths(self, start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
-        """(n,) metres to each goal; inf without a way."""
-        return self.ways.lengths(start, goals)
-
-    def gap(self, x: float, y: float) -> float:
-        """From a point to the nearest body, metres; 0 outside the map."""
-        grid = self.ways.grid
-        cell = grid.cell_of(x, y)
-        return float(clearance(grid)[cell]) if grid.inside(*cell) else 0.0
-
     def fitted(self, guess: Pose2, scan: Scan) -> Pose2:
         """The pose near a guess from which a scan fits the map best."""
         return fitted(guess, scan, self.ways.grid)
@@ -178,10 +167,10 @@ def _made(robot: _Robot, layout: Layout, controller: str) -> Tuple[RoundFlow, Re
     boxes = boxes_of(layout)
     reader = make_reader(controller, boxes, shipped_pictures())
     if controller == OURS:
-        return Round(boxes, robot.lengths, chances(boxes, LookChance())), reader
+        return Round(boxes, robot.ways.lengths, chances(boxes, LookChance()), gap=robot.ways.gap), reader
     if controller == PRINTED:
         return PrintedRound(boxes, robot.plannable), reader
-    return ReportRound(boxes, robot.plannable, robot.gap), reader
+    return ReportRound(boxes, robot.plannable, robot.ways.gap), reader
 
 
 def _note(recorder: RoundRecorder, world: RoomRobot, seen: Senses, made: SessionStep, controller: str) -> None:

@@ -8,6 +8,7 @@ from typing import Dict, Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
+from yarm.navigation.costs import clearance
 from yarm.navigation.follower import FollowSettings, PathFollower, room_ahead
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.ground import PlanSettings
@@ -52,6 +53,12 @@ class Ways:
         """Nothing searched yet."""
         self.grid = grid
         self._fields: Dict[Tuple[int, int], Field] = {}
+        self._room_m = clearance(grid)
+
+    def gap(self, x: float, y: float) -> float:
+        """From a point to the nearest body, metres; 0 outside the map."""
+        cell = self.grid.cell_of(x, y)
+        return float(self._room_m[cell]) if self.grid.inside(*cell) else 0.0
 
     def field(self, start: Pose2) -> Field:
         """The search from a place; places in one cell share one."""

@@ -197,7 +197,7 @@ def parameters_of(controller: str) -> Dict[str, Any]:
 def _round(layout: Layout, controller: str, ways: Ways, switches: Switches) -> AnyRound:
     boxes = boxes_of(layout)
     if controller == OURS:
-        return Round(boxes, ways.lengths, chances(boxes, LookChance()))
+        return Round(boxes, ways.lengths, chances(boxes, LookChance()), gap=ways.gap)
     blocks = FlatBoxes(layout.arena.blocks)
     asked = Ways(known_map(layout.arena, boxes=False)) if switches.empty_map else ways
 

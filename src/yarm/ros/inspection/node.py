@@ -28,7 +28,6 @@ from yarm.inspection.senses import Senses
 from yarm.inspection.session import LOOP_S, InspectionSession, Request, SessionStep
 from yarm.inspection.start_place import fitted
 from yarm.navigation.bodies import with_bodies
-from yarm.navigation.costs import clearance
 from yarm.params import ParamError
 from yarm.resources import resource
 from yarm.ros.common import names
@@ -69,9 +68,7 @@ class KnownMap:
 
     def gap(self, x: float, y: float) -> float:
         """From a point to the nearest body, metres; 0 outside the map."""
-        grid = self._now().grid
-        cell = grid.cell_of(x, y)
-        return float(clearance(grid)[cell]) if grid.inside(*cell) else 0.0
+        return self._now().gap(x, y)
 
     def fitted(self, guess: Pose2, scan: Scan) -> Pose2:
         """The pose near a guess from which a scan fits the map best."""
@@ -166,7 +163,7 @@ class InspectorNode:
         self._reader = make_reader(controller, boxes, self._given.tags)
         if controller == OURS:
             chance = chances(boxes, LookChance())
-            self._round = Round(boxes, self._known.lengths, chance, self._params.round)
+            self._round = Round(boxes, self._known.lengths, chance, self._params.round, self._known.gap)
         elif controller == PRINTED:
             self._round = PrintedRound(boxes, self._navigation.plannable, self._given.report)
         else:
