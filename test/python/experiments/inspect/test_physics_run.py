@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from yarm.experiments.inspect.measures import measure
-from yarm.experiments.inspect.physics_run import DRIVING, run_physics_round
+from yarm.experiments.inspect.physics_run import DRIVING, PLATFORM, run_physics_round
 from yarm.navigation import slam_native
+from yarm.navigation.move_base_params import MoveBaseParams
 from yarm.sim.scenes.layout_file import find_layout
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -24,6 +25,10 @@ def test_it_drives_as_the_launch_file_has_move_base_drive() -> None:
     }
     assert set(told) == {"controller_frequency", "xy_goal_tolerance", "yaw_goal_tolerance"}
     assert {name: float(str(value)) for name, value in told.items()} == {name: getattr(DRIVING, name) for name in told}
+    experiment = ElementTree.parse(ROOT / "launch" / "inspection" / "inspect_experiment.launch").getroot()
+    (platform,) = [arg.get("value") for arg in experiment.iter("arg") if arg.get("name") == "platform_tolerances"]
+    assert platform == "$(eval arg('controller') != 'yarm')"
+    assert MoveBaseParams() == PLATFORM and PLATFORM.xy_goal_tolerance == 0.15 and PLATFORM.yaw_goal_tolerance == 0.3
 
 
 @pytest.mark.skipif(slam_native.library_path() is None, reason="needs the built package (make build)")
