@@ -150,6 +150,20 @@ def test_a_box_that_is_blocked_from_everywhere_ends_with_the_reason() -> None:
     assert end.stage == Stage.DONE and verdict.reading.tag == UNSEEN and "blocked" in verdict.reason
 
 
+def test_from_an_enclosed_start_every_box_ends_at_once_with_its_reason() -> None:
+    """There is a way to where the robot stands, and to nowhere else."""
+
+    def enclosed(start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
+        return np.array([0.0 if start.distance(goal) < 0.01 else math.inf for goal in goals])
+
+    world = World(Round(PRACTICE, enclosed, likely))
+    end = world.run()
+    assert end.stage == Stage.DONE and world.now_s < 10.0 and world.pose.distance(Pose2(0.0, 0.0)) < 0.01
+    assert sorted(verdict.box for verdict in world.tour.verdicts) == list(range(1, 11))
+    assert {verdict.reason for verdict in world.tour.verdicts} == {"no view of it that is left can be reached"}
+    assert {verdict.reading.tag for verdict in world.tour.verdicts} == {UNSEEN}
+
+
 def test_a_doubtful_box_is_looked_at_again_from_elsewhere() -> None:
     world = World(
         Round(PRACTICE, straight, likely),
