@@ -6,18 +6,18 @@ from pathlib import Path
 from typing import Dict, Sequence, Tuple
 
 from yarm.experiments.inspect.fault_trial import KEPT, FaultResult
-from yarm.experiments.inspect.switches import FAULTS, PLAIN
+from yarm.experiments.inspect.switches import PLAIN
 from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.study.tag_figures import write_rows
 
 
-def write_faults(results: Sequence[FaultResult], folder: Path) -> str:
-    """``inspect_faults.csv`` and ``.png``; the table to print."""
+def write_faults(results: Sequence[FaultResult], folder: Path, name: str = "inspect_faults") -> str:
+    """Rows and figure of one world's trials, as ``.csv`` and ``.png`` of a name; the table to print."""
     header = ["layout", "variant", "seed", "boxes", *KEPT]
     rows = [[r.spec.layout, r.spec.fault, r.spec.seed, r.boxes, *(r.numbers[name] for name in KEPT)] for r in results]
-    write_rows(folder / "inspect_faults.csv", header, rows)
-    totals = [_total(fault, results) for fault in FAULTS]
+    write_rows(folder / f"{name}.csv", header, rows)
+    totals = [_total(fault, results) for fault in dict.fromkeys(r.spec.fault for r in results)]
     figure, axes = new_figure(12.0, 4.2, 2)
     names = [fault for fault, _ in totals]
     for axis, column, label in zip(axes, ("right", "end_s"), ("boxes read right, of all", "s a round, mean")):
@@ -27,7 +27,7 @@ def write_faults(results: Sequence[FaultResult], folder: Path) -> str:
         axis.set_yticklabels(names if axis is axes[0] else [""] * len(names), fontsize=8)
         axis.invert_yaxis()
         axis.set(xlabel=label)
-    save_figure(figure, folder / "inspect_faults.png")
+    save_figure(figure, folder / f"{name}.png")
     lines = [
         (
             fault,
@@ -36,17 +36,22 @@ def write_faults(results: Sequence[FaultResult], folder: Path) -> str:
             f"{n['end_s']:.0f}",
             f"{n['goals_failed']:.0f}",
             f"{n['distance_m']:.1f}",
+            f"{n['home_m']:.2f} m, {n['home_rad']:.2f} rad",
         )
         for fault, n in totals
     ]
-    return markdown_table(("variant", "right", "wrong tags", "s, mean", "goals failed", "m, mean"), lines)
+    return markdown_table(
+        ("variant", "right", "wrong tags", "s, mean", "goals failed", "m, mean", "off home at the end, worst"), lines
+    )
 
 
 def _total(fault: str, results: Sequence[FaultResult]) -> Tuple[str, Dict[str, float]]:
-    """Sums of counts and means of times and lengths over the layouts of one variant."""
+    """Of one variant over its layouts: sums of counts, means of times and lengths, the worst end."""
     mine = [r for r in results if r.spec.fault == fault]
     found = {name: sum(r.numbers[name] for r in mine) for name in ("right", "named_wrong", "goals_failed")}
     found["boxes"] = float(sum(r.boxes for r in mine))
     for name in ("end_s", "distance_m"):
         found[name] = sum(r.numbers[name] for r in mine) / max(1, len(mine))
+    for name in ("home_m", "home_rad"):
+        found[name] = max(r.numbers[name] for r in mine)
     return fault, found

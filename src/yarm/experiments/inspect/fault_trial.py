@@ -7,13 +7,17 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping
 
 from yarm.experiments.inspect.measures import Measures, measure
+from yarm.experiments.inspect.physics_run import run_physics_round
 from yarm.experiments.inspect.runner import run_round
-from yarm.experiments.inspect.switches import FAULTS
+from yarm.experiments.inspect.switches import FAULTS, FAULTS_IN_PHYSICS
+from yarm.experiments.inspect.trial import KINEMATIC, PHYSICS
 from yarm.inspection.model import REPORT
 from yarm.sim.scenes.layout_file import find_layout
 
 LAYOUTS = ("practice", "open_0", "wall_0", "cluster_0", "corridor_0")
-KEPT = ("right", "named_wrong", "end_s", "goals_failed", "distance_m", "home_m")
+VARIANTS = {KINEMATIC: FAULTS, PHYSICS: FAULTS_IN_PHYSICS}
+"""By world: variants of the report's round, and what is switched on in each."""
+KEPT = ("right", "named_wrong", "end_s", "goals_failed", "distance_m", "home_m", "home_rad")
 """Figures of merit that a result keeps."""
 
 
@@ -23,18 +27,21 @@ class FaultSpec:
 
     Attributes:
         layout: name.
-        fault: a name in FAULTS.
+        fault: a name among the variants of its world.
         seed: of noise and light.
+        world: KINEMATIC or PHYSICS.
     """
 
     layout: str
     fault: str
     seed: int
+    world: str = KINEMATIC
 
     @property
     def key(self) -> str:
         """Unique name, good for a file."""
-        return f"{self.layout}-{list(FAULTS).index(self.fault)}-{self.seed:04d}"
+        number = list(VARIANTS[self.world]).index(self.fault)
+        return f"{self.world}-{self.layout}-{number}-{self.seed:04d}"
 
 
 @dataclass(frozen=True)
@@ -69,10 +76,11 @@ class FaultResult:
 
 def run_fault(spec: FaultSpec) -> FaultResult:
     """Run one trial."""
-    found: Measures = measure(run_round(find_layout(spec.layout), REPORT, spec.seed, FAULTS[spec.fault]))
+    run = run_round if spec.world == KINEMATIC else run_physics_round
+    found: Measures = measure(run(find_layout(spec.layout), REPORT, spec.seed, VARIANTS[spec.world][spec.fault]))
     return FaultResult(spec, found.boxes, {name: round(float(getattr(found, name)), 4) for name in KEPT})
 
 
-def fault_specs(layouts: int) -> List[FaultSpec]:
-    """Every fault in the first so many of LAYOUTS; layouts outermost."""
-    return [FaultSpec(layout, fault, 0) for layout in LAYOUTS[:layouts] for fault in FAULTS]
+def fault_specs(layouts: int, world: str = KINEMATIC) -> List[FaultSpec]:
+    """Every fault of a world in the first so many of LAYOUTS; layouts outermost."""
+    return [FaultSpec(layout, fault, 0, world) for layout in LAYOUTS[:layouts] for fault in VARIANTS[world]]

@@ -13,15 +13,16 @@ from yarm.experiments.inspect.eyes import Camera, boxes_of
 from yarm.experiments.inspect.given import BY_HAND, room_map
 from yarm.experiments.inspect.pilot import Ways
 from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
-from yarm.experiments.inspect.runner import AFTER_S, DETECTOR, LIMIT_S
+from yarm.experiments.inspect.runner import AFTER_S, DETECTOR, LIMIT_S, NOTHING
+from yarm.experiments.inspect.switched_round import SwitchedRound
+from yarm.experiments.inspect.switches import FAULTS_IN_PHYSICS, Switches
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.flow import RoundFlow
-from yarm.inspection.model import CONTROLLERS, OURS, PRINTED, Look, Outcome, Stage
+from yarm.inspection.model import CONTROLLERS, OURS, PRINTED, REPORT, Look, Outcome, Stage
 from yarm.inspection.printed_round import PrintedRound
 from yarm.inspection.readers import Reader, make_reader
 from yarm.inspection.reading import chances
-from yarm.inspection.report_round import ReportRound
 from yarm.inspection.round import Round, RoundParams
 from yarm.inspection.senses import Picture, Senses
 from yarm.inspection.session import LOOP_S, InspectionSession, SessionParams, SessionStep
@@ -49,9 +50,10 @@ ENDS = (Stage.DONE, Stage.FAILED)
 class _Robot:
     """What the nodes around the inspector do: localise, drive to goals, take pictures."""
 
-    def __init__(self, world: RoomRobot, layout: Layout, controller: str, seed: int) -> None:
+    def __init__(self, world: RoomRobot, layout: Layout, controller: str, seed: int, switches: Switches) -> None:
         self.world = world
-        self.ways = Ways(with_bodies(room_map(layout), [box.corners() for box in boxes_of(layout)]))
+        known = [] if switches.empty_map else boxes_of(layout)
+        self.ways = Ways(with_bodies(room_map(layout), [box.corners() for box in known]))
         self._localiser = Localiser(self.ways.grid)
         if controller != OURS:
             self._localiser.believe(layout.arena.start.compose(BY_HAND))
@@ -126,28 +128,31 @@ class _Robot:
         return fitted(guess, scan, self.ways.grid)
 
 
-def run_physics_round(layout: Layout, controller: str, seed: int) -> RoundRecord:
+def run_physics_round(layout: Layout, controller: str, seed: int, switches: Switches = NOTHING) -> RoundRecord:
     """One round in a layout in full physics, from an unknown place (ours) or one that is given by hand.
 
     Args:
         layout: boxes and tags.
         controller: one of CONTROLLERS.
         seed: of noise and light.
+        switches: known faults of the report's program; only for its round, and only some of FAULTS_IN_PHYSICS.
 
     Raises:
-        ValueError: no such controller.
+        ValueError: no such controller, or a fault that it does not have here.
         SlamError: the localisation's library is not built.
     """
+    if switches not in ((NOTHING,) if controller != REPORT else FAULTS_IN_PHYSICS.values()):
+        raise ValueError(f"controller {controller!r} in physics does not have these faults: {switches}")
     if controller not in CONTROLLERS:
         raise ValueError(f"controller {controller!r} is not known; known: {', '.join(CONTROLLERS)}")
     with PhysicsWorld(layout.arena, seed, low_obstacles) as world:
-        return _run(world, layout, controller, seed)
+        return _run(world, layout, controller, seed, switches)
 
 
-def _run(world: RoomRobot, layout: Layout, controller: str, seed: int) -> RoundRecord:
-    robot, recorder = _Robot(world, layout, controller, seed), RoundRecorder()
+def _run(world: RoomRobot, layout: Layout, controller: str, seed: int, switches: Switches) -> RoundRecord:
+    robot, recorder = _Robot(world, layout, controller, seed, switches), RoundRecorder()
     params = SessionParams(LIMIT_S, RoundParams().turn_rate, autostart=True)
-    session = InspectionSession(params, lambda: _made(robot, layout, controller), robot.fitted)
+    session = InspectionSession(params, lambda: _made(robot, layout, controller, switches), robot.fitted)
     looking, passes, computing_s = False, 0, 0.0
     last: Optional[SessionStep] = None
     while passes * LOOP_S < LIMIT_S + AFTER_S:
@@ -175,7 +180,7 @@ def _run(world: RoomRobot, layout: Layout, controller: str, seed: int) -> RoundR
     )
 
 
-def _made(robot: _Robot, layout: Layout, controller: str) -> Tuple[RoundFlow, Reader]:
+def _made(robot: _Robot, layout: Layout, controller: str, switches: Switches) -> Tuple[RoundFlow, Reader]:
     """The round of a controller, and who reads for it."""
     boxes = boxes_of(layout)
     reader = make_reader(controller, boxes, shipped_pictures())
@@ -183,7 +188,7 @@ def _made(robot: _Robot, layout: Layout, controller: str) -> Tuple[RoundFlow, Re
         return Round(boxes, robot.ways.lengths, chances(boxes, LookChance()), gap=robot.ways.gap), reader
     if controller == PRINTED:
         return PrintedRound(boxes, robot.plannable), reader
-    return ReportRound(boxes, robot.plannable, robot.ways.gap), reader
+    return SwitchedRound(boxes, robot.plannable, robot.ways.gap, switches), reader
 
 
 def _note(recorder: RoundRecorder, world: RoomRobot, seen: Senses, made: SessionStep, controller: str) -> None:

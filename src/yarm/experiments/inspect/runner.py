@@ -12,6 +12,7 @@ import numpy as np
 from yarm.experiments.inspect.eyes import Camera, Eyes, Moment, boxes_of, make_eyes
 from yarm.experiments.inspect.pilot import ARRIVE_RAD, Pilot, Ways, known_map
 from yarm.experiments.inspect.record import RoundInfo, RoundRecord, RoundRecorder, TouchRow
+from yarm.experiments.inspect.switched_round import SwitchedRound
 from yarm.experiments.inspect.switches import LOOSE_RAD, Switches
 from yarm.geometry import Pose2
 from yarm.inspection.model import (
@@ -31,7 +32,7 @@ from yarm.inspection.model import (
     Stand,
     Step,
 )
-from yarm.inspection.printed_round import PAUSE_S, PrintedRound
+from yarm.inspection.printed_round import PrintedRound
 from yarm.inspection.reading import chances
 from yarm.inspection.report_round import ReportRound, ReportRoundParams
 from yarm.inspection.round import Round, RoundParams
@@ -210,6 +211,4 @@ def _round(layout: Layout, controller: str, ways: Ways, switches: Switches) -> A
 
     if controller == PRINTED:
         return PrintedRound(boxes, plannable)
-    params = ReportRoundParams(order="exact" if switches.exact_order else "greedy")
-    pause_s = PAUSE_S if switches.sleeps else 0.0
-    return ReportRound(boxes, plannable, gap, params, not switches.no_neighbours, pause_s)
+    return SwitchedRound(boxes, plannable, gap, switches)

@@ -131,15 +131,17 @@ def inspections(options: argparse.Namespace, folder: Path, progress: Callable[[s
         rounds(options, folder, progress("inspect, physics"), physics, "inspect_physics"),
         *practice(folder),
     ]
-    faults = run_trials(
-        FAULT_TRIALS,
-        fault_specs(options.fault_layouts),
-        folder / "inspect_faults",
-        options.scheduler,
-        options.workers,
-        progress("inspect, faults"),
-    )
-    texts.append(write_faults(faults, folder))
+    for world, name in ((KINEMATIC, "inspect_faults"), (PHYSICS, "inspect_faults_physics")):
+        faults = run_trials(
+            FAULT_TRIALS,
+            fault_specs(options.fault_layouts, world),
+            folder / "inspect_faults",
+            options.scheduler,
+            options.workers,
+            progress(name.replace("_", ", ")),
+        )
+        if faults:
+            texts.append(write_faults(faults, folder, name))
     return "\n\n".join([*texts, write_edge_cases(folder), f"figure: {write_angles(folder)}"])
 
 

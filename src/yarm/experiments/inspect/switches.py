@@ -18,6 +18,9 @@ class Switches:
         no_neighbours: neighbours and narrow places are not looked at.
         sleeps: the printed program's sleep after each image.
         printed_vote: the printed recognition and vote, on whole images.
+        turns_lost: the turns that localise do not reach the base, as with a publisher made anew for each message.
+        home_early: home is where it believes to be before it has turned.
+        no_goal_limit: a goal may take for ever.
         exact_order: not a fault but the remedy of one: the shortest order instead of the greedy one.
     """
 
@@ -28,6 +31,9 @@ class Switches:
     no_neighbours: bool = False
     sleeps: bool = False
     printed_vote: bool = False
+    turns_lost: bool = False
+    home_early: bool = False
+    no_goal_limit: bool = False
     exact_order: bool = False
 
 
@@ -46,3 +52,13 @@ FAULTS: Mapping[str, Switches] = {
     "exact order instead of greedy": Switches(exact_order=True),
 }
 """Variants of the report's round, by their names in the figure."""
+FAULTS_IN_PHYSICS: Mapping[str, Switches] = {
+    PLAIN: Switches(),
+    "turns lost": Switches(turns_lost=True),
+    "home taken before the turns": Switches(home_early=True),
+    "home taken early, turns lost": Switches(home_early=True, turns_lost=True),
+    "goals without a limit": Switches(no_goal_limit=True),
+    "map without boxes": Switches(empty_map=True),
+    "map without boxes, goals without a limit": Switches(empty_map=True, no_goal_limit=True),
+}
+"""Those that need a real localisation and navigation to cost something: tried in full physics."""

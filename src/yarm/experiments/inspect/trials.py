@@ -44,16 +44,17 @@ def code_of(spec: InspectSpec) -> str:
 
 
 @lru_cache(maxsize=None)
-def fingerprint_of_physics(controllers: FrozenSet[str]) -> str:
-    """The digest of rounds in physics: that of the others, the physics, and the compiled libraries."""
+def fingerprint_of_physics(controllers: FrozenSet[str], trial: str = TRIAL) -> str:
+    """The digest of a module's trials in physics: that of the others, the physics, and the compiled libraries."""
     libraries: List[Any] = [slam_native.library_path(), rays_native.library_path()]
-    sources = [digest(TRIAL, controllers), digest(PHYSICS_RUN, controllers)]
+    sources = [digest(trial, controllers), digest(PHYSICS_RUN, controllers)]
     return "-".join([*sources, fingerprint([path for path in libraries if path is not None])])
 
 
 def fault_code_of(spec: FaultSpec) -> str:
     """The same of a round with one of the report's faults, which may be the printed vote."""
-    return digest(FAULT, frozenset({REPORT, PRINTED}))
+    own = frozenset({REPORT, PRINTED})
+    return fingerprint_of_physics(own, FAULT) if spec.world == PHYSICS else digest(FAULT, own)
 
 
 @lru_cache(maxsize=None)

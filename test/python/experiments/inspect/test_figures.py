@@ -13,12 +13,13 @@ from python.experiments.inspect_samples import SMALL, told
 from yarm.experiments.inspect import fault_trial, order_figure
 from yarm.experiments.inspect.eyes import boxes_of
 from yarm.experiments.inspect.fault_figure import write_faults
-from yarm.experiments.inspect.fault_trial import KEPT, FaultResult, FaultSpec, fault_specs, run_fault
+from yarm.experiments.inspect.fault_trial import KEPT, VARIANTS, FaultResult, FaultSpec, fault_specs, run_fault
 from yarm.experiments.inspect.order_figure import drawn_costs, measured, practice_lengths, write_orders, write_searches
 from yarm.experiments.inspect.practice_figure import PUBLISHED, write_practice
 from yarm.experiments.inspect.rule_figures import drawn_pair, sightings_of, write_angles, write_edge_cases
 from yarm.experiments.inspect.runner import run_round
-from yarm.experiments.inspect.switches import FAULTS, PLAIN
+from yarm.experiments.inspect.switches import FAULTS, FAULTS_IN_PHYSICS, PLAIN
+from yarm.experiments.inspect.trial import KINEMATIC, PHYSICS
 from yarm.inspection.tour import brute_force_tour, exact_tour, greedy_tour
 from yarm.sim.scenes.layout_file import find_layout
 
@@ -113,19 +114,22 @@ def test_faults_stand_beside_the_plain_round(tmp_path: Path) -> None:
     assert f"| {PLAIN} | 18 of 20 | 0 | 200 |" in text and text.count("10 of 20") == len(FAULTS) - 1
     assert len(rows_of(tmp_path / "inspect_faults.csv")) == 2 * len(FAULTS)
     assert FaultResult.from_json(json.loads(json.dumps(results[1].to_json()))) == results[1]
-    assert len({spec.key for spec in fault_specs(5)}) == 5 * len(FAULTS)
+    specs = [*fault_specs(5), *fault_specs(5, PHYSICS)]
+    assert len({spec.key for spec in specs}) == 5 * (len(FAULTS) + len(FAULTS_IN_PHYSICS))
 
 
-def test_a_trial_runs_the_round_with_its_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("world, name", [(KINEMATIC, "run_round"), (PHYSICS, "run_physics_round")])
+def test_a_trial_runs_the_round_with_its_fault(monkeypatch: pytest.MonkeyPatch, world: str, name: str) -> None:
     asked = []
 
     def round_of(layout: object, controller: str, seed: int, switches: object) -> object:
         asked.append((controller, seed, switches))
         return told(SMALL, "report", {1: SMALL.tags[0]})
 
-    monkeypatch.setattr(fault_trial, "run_round", round_of)
-    found = run_fault(FaultSpec("open_0", "sleeps", 3))
-    assert asked == [("report", 3, FAULTS["sleeps"])] and found.numbers["right"] == 1.0 and found.boxes == 4
+    monkeypatch.setattr(fault_trial, name, round_of)
+    fault = list(VARIANTS[world])[1]
+    found = run_fault(FaultSpec("open_0", fault, 3, world))
+    assert asked == [("report", 3, VARIANTS[world][fault])] and found.numbers["right"] == 1.0 and found.boxes == 4
 
 
 def test_only_the_report_has_its_faults() -> None:
