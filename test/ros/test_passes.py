@@ -10,8 +10,16 @@ from yarm.ros.common.passes import Passes
 
 
 @pytest.fixture
-def passes(monkeypatch):
+def wall(monkeypatch):
+    """Where nobody simulates: the time that rospy tells, s."""
+    told = [0.0]
     monkeypatch.setattr(rospy, "Subscriber", lambda *_, **__: None)
+    monkeypatch.setattr(rospy, "get_time", lambda: told[0])
+    return told
+
+
+@pytest.fixture
+def passes(wall):
     return Passes(0.1, sync=True)
 
 
@@ -53,10 +61,25 @@ def test_time_that_goes_back_begins_anew(passes):
     assert passes.wait(True) == 2.0
 
 
-def test_without_lock_step_a_pass_has_the_time_it_was_woken_at(monkeypatch):
-    monkeypatch.setattr(rospy, "Subscriber", lambda *_, **__: None)
+def test_without_lock_step_a_pass_has_the_time_it_was_woken_at(wall):
     passes = Passes(0.1, sync=False)
+    assert passes.wait(True) is None
     tick(passes, 1.234)
     assert passes.wait(True) == 1.234
     tick(passes, 1.29)
+    assert passes.wait(True) is None
+
+
+def test_where_nobody_simulates_wall_time_counts_and_it_wakes_when_a_pass_is_due(wall):
+    passes = Passes(0.1, sync=False)
+    wall[0] = 1000.04
+    assert passes.wait(True) == 1000.04
+    assert passes.wait(True) is None
+    assert passes._until_due_s() == pytest.approx(0.06)
+    wall[0] = 1000.1
+    assert passes.wait(True) == 1000.1
+
+
+def test_in_lock_step_nothing_begins_without_the_clock(wall, passes):
+    wall[0] = 1000.0
     assert passes.wait(True) is None

@@ -16,8 +16,8 @@ from yarm.msg import BumperEvent as BumperMessage
 
 from yarm.geometry import Pose2
 from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
+from yarm.ros.common.frames import Frames
 from yarm.ros.common.readings import image_fault, read_bumper, read_odometry, read_scan
-from yarm.ros.exploration.frames import Frames
 from yarm.ros.navigation.maps import grid_fault
 
 BASE, CAMERA = "base_footprint", "camera_depth_frame"

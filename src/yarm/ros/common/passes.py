@@ -1,4 +1,4 @@
-"""A loop that is woken by ``/clock`` and makes one pass at every tenth (or other share) of a simulated second."""
+"""A loop that makes one pass at every tenth (or other share) of a second of ``/clock``, or of wall time without it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from yarm.ros.common.clock import ClockWatch
 
 WAKE_S = 0.2
 """Wall time after which the loop looks whether it is to end, s."""
+LEAST_WAIT_S = 0.001
+"""Wall time that is waited at least for a pass whose time has not come, s."""
 
 
 class Passes:
@@ -26,7 +28,8 @@ class Passes:
         """
         self._period_s, self._sync = period_s, sync
         self._tick = threading.Condition()
-        self._now_s, self._due = 0.0, 0
+        self._clock_s: Optional[float] = None
+        self._due = 0
         self._went_back = self._repeated = False
         self.at_s = 0.0
         """Time of the pass that came last."""
@@ -41,19 +44,20 @@ class Passes:
             ready: lock-step begins only when everybody hears everybody.
         """
         with self._tick:
-            if self._count() < self._due:
-                self._tick.wait(WAKE_S)
-            count = self._count()
-            if count < self._due or self._now_s <= 0.0 or not ready:
+            if self._count(self._now_s()) < self._due:
+                self._tick.wait(self._until_due_s())
+            now_s = self._now_s()
+            count = self._count(now_s)
+            if count < self._due or now_s <= 0.0 or not ready:
                 return None
-            self.at_s = count * self._period_s if self._sync else self._now_s
+            self.at_s = count * self._period_s if self._sync else now_s
             self._due, self._repeated = count + 1, False
             return self.at_s
 
     def take_repeated(self) -> bool:
         """Whether the moment of the last pass has been said again since: somebody has not heard its answer."""
         with self._tick:
-            repeated = self._repeated and self._count() + 1 == self._due
+            repeated = self._repeated and self._count(self._now_s()) + 1 == self._due
             self._repeated = self._repeated and not repeated
             return repeated
 
@@ -65,14 +69,26 @@ class Passes:
                 self._due = 0
             return went_back
 
-    def _count(self) -> int:
-        return int(round(self._now_s / self._period_s, 6))
+    def _now_s(self) -> float:
+        """What the clock says; where nobody simulates, and there is no lock-step, wall time."""
+        if self._clock_s is not None:
+            return self._clock_s
+        return 0.0 if self._sync else float(rospy.get_time())
+
+    def _until_due_s(self) -> float:
+        """Wall time to wait: whoever is not woken by a clock wakes when the next pass is due."""
+        if self._clock_s is not None or self._sync:
+            return WAKE_S
+        return min(WAKE_S, max(LEAST_WAIT_S, self._due * self._period_s - self._now_s()))
+
+    def _count(self, now_s: float) -> int:
+        return int(round(now_s / self._period_s, 6))
 
     def _on_clock(self, message: Clock) -> None:
         with self._tick:
             now_s = message.clock.to_sec()
-            self._repeated = now_s == self._now_s
-            self._now_s = now_s
+            self._repeated = now_s == self._clock_s
+            self._clock_s = now_s
             self._tick.notify_all()
 
     def _on_reset(self) -> None:

@@ -15,7 +15,7 @@ from yarm.msg import BumperEvent as BumperMessage
 from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
 from yarm.ros.common.checks import Doorkeeper, pose_fault, stamp_fault
 from yarm.ros.common.conversions import pose2_of_pose
-from yarm.ros.exploration.frames import Frames
+from yarm.ros.common.frames import Frames
 
 IMAGE_BYTES = 2**21
 LEAST_TURN_RAD = 1e-6

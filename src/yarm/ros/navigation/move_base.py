@@ -15,7 +15,6 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
-from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from yarm.geometry import Pose2
@@ -24,9 +23,9 @@ from yarm.navigation.move_base import MoveBase, Observation, Status, Step
 from yarm.params import ParamError
 from yarm.ros.commander.reports import exact_time
 from yarm.ros.common import names
-from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.goal_queue import GoalEvent
 from yarm.ros.common.params import load_params
+from yarm.ros.common.passes import Passes
 from yarm.ros.common.start import init_node
 from yarm.ros.navigation.goal_server import GoalServer, due_goals, goal_in_map
 from yarm.ros.navigation.inputs import MoveBaseInputs
@@ -35,8 +34,6 @@ from yarm.ros.navigation.params import MoveBaseNodeParams
 
 PASS_S = 0.1
 """Lock-step: the room waits for everybody so often, simulated time."""
-WAKE_S = 0.05
-"""Wall time after which the loop looks again."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 OVERTAKEN = "cancelled: another goal has come"
 AGAIN = "simulated time went backwards"
@@ -49,9 +46,6 @@ class MoveBaseNode:
         """Listen and advertise; nothing moves before :meth:`run`."""
         self._params = params
         self._stop = stop
-        self._tick = threading.Condition()
-        self._clock_s: Optional[float] = None
-        self._due, self._went_back, self._again = 0, False, False
         self._lock = threading.Lock()
         self._base = MoveBase(params)
         self._pose: Optional[Pose2] = None
@@ -61,12 +55,8 @@ class MoveBaseNode:
         self._inputs = MoveBaseInputs(params)
         self._server = GoalServer(self._wake)
         self._goals = rospy.Publisher(f"{names.MOVE_BASE}/goal", MoveBaseActionGoal, queue_size=10)
-        self._clock = ClockWatch()
-        self._clock.on_reset(self._on_clock_reset)
-        self._subscribers = [
-            rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True),
-            rospy.Subscriber(names.SIMPLE_GOAL, PoseStamped, self._on_simple_goal, queue_size=10),
-        ]
+        self._passes = Passes(PASS_S if params.sync else params.period_s, params.sync)
+        self._subscriber = rospy.Subscriber(names.SIMPLE_GOAL, PoseStamped, self._on_simple_goal, queue_size=10)
         self._services = [
             *(rospy.Service(f"~{name}", GetPlan, self._on_make_plan) for name in ("make_plan", "NavfnROS/make_plan")),
             rospy.Service("~clear_costmaps", Empty, self._on_clear),
@@ -77,40 +67,22 @@ class MoveBaseNode:
         """Drive until the node is told to end; the robot is told to stand then."""
         try:
             while not (self._stop.is_set() or rospy.is_shutdown()):
-                now = self._await_pass()
-                if now is not None and self._steps_at(now.to_sec()):
-                    self._step(now)
-                if now is not None:
-                    self._outputs.acknowledge(now)
+                if self._passes.take_reset():
+                    self._start_afresh()
+                now_s = self._passes.wait(self._together())
+                if self._params.sync and self._passes.take_repeated():
+                    self._outputs.acknowledge(exact_time(self._passes.at_s))
+                if now_s is not None:
+                    self._pass(exact_time(now_s))
         finally:
             self._server.finish(Status.ABORTED, "the node ends")
             if self._driving and not rospy.is_shutdown():
                 self._outputs.velocity(Drive())
 
-    def _await_pass(self) -> Optional[rospy.Time]:
-        """Wait for the next pass: a step, or in lock-step what the room waits for; None: its time has not come."""
-        with self._tick:
-            if self._went_back:
-                self._went_back, self._due = False, 0
-                self._start_afresh()
-            if self._count() < self._due:
-                self._tick.wait(WAKE_S)
-            count = self._count()
-            if self._params.sync and count + 1 == self._due and self._again:
-                self._again = False
-                self._outputs.acknowledge(exact_time(count * PASS_S))
-            if count < self._due or count <= 0 or not self._together():
-                return None
-            self._due, self._again = count + 1, False
-            return exact_time(count * PASS_S) if self._params.sync else rospy.Time.from_sec(self._now_s())
-
-    def _now_s(self) -> float:
-        return self._clock_s if self._clock_s is not None else float(rospy.get_time())
-
-    def _count(self) -> int:
-        """Passes whose time has begun."""
-        period_s = PASS_S if self._params.sync else self._params.period_s
-        return int(round(self._now_s() / period_s, 6))
+    def _pass(self, now: rospy.Time) -> None:
+        if self._steps_at(now.to_sec()):
+            self._step(now)
+        self._outputs.acknowledge(now)
 
     def _steps_at(self, now_s: float) -> bool:
         """Whether a pass of the lock-step is a step too; without lock-step every pass is one."""
@@ -195,17 +167,6 @@ class MoveBaseNode:
 
     def _wake(self) -> None:
         """A goal is worked on at the next step."""
-
-    def _on_clock(self, message: Clock) -> None:
-        with self._tick:
-            self._again = message.clock.to_sec() == self._clock_s
-            self._clock_s = message.clock.to_sec()
-            self._tick.notify_all()
-
-    def _on_clock_reset(self) -> None:
-        with self._tick:
-            self._went_back = True
-            self._tick.notify_all()
 
     def _on_simple_goal(self, message: PoseStamped) -> None:
         """A goal without a client goes the same way as all others, as the platform does it."""

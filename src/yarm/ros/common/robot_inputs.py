@@ -1,0 +1,201 @@
+"""What every node that drives a TurtleBot hears; checked, and whoever sends what cannot be used is named."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from typing import Deque, List, Optional, Protocol, Set, Tuple
+
+import numpy as np
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Odometry as OdometryMessage
+from sensor_msgs.msg import Image, LaserScan
+
+from yarm.geometry import FloatArray
+from yarm.geometry.scans import Odometry, Scan
+from yarm.msg import BumperEvent as BumperMessage
+from yarm.msg import StepAck
+from yarm.navigation.grid_map import GridMap
+from yarm.navigation.low_obstacles import low_obstacles
+from yarm.robots.turtlebot import BumperEvent
+from yarm.ros.common import names
+from yarm.ros.common.checks import present_s
+from yarm.ros.common.frames import Frames
+from yarm.ros.common.readings import image_fault, listen, read_bumper, read_odometry, read_scan
+from yarm.ros.navigation.maps import grid_fault, grid_of
+
+LOOK_AGAIN_S = 0.005
+"""Wall time after which a pass that waits looks at the transforms again, s."""
+
+
+class InputParams(Protocol):
+    """What the nodes' parameters have in common."""
+
+    @property
+    def base_frame(self) -> str:
+        """The robot's frame."""
+
+    @property
+    def odom_frame(self) -> str:
+        """Odometry's frame."""
+
+    @property
+    def map_frame(self) -> str:
+        """The map's frame."""
+
+    @property
+    def sync(self) -> bool:
+        """Lock-step."""
+
+    @property
+    def sync_wait(self) -> float:
+        """Wall time a pass of the lock-step waits for what was measured at it, s."""
+
+    @property
+    def waits_for(self) -> Tuple[str, ...]:
+        """Nodes that must have answered before the first pass of the lock-step."""
+
+
+class RobotInputs:
+    """Scan, odometry, map and transforms; bumper and low obstacles for who asks for them. Thread-safe.
+
+    A node's own inputs extend it: they read under ``_changed`` what is kept here.
+    """
+
+    def __init__(self, params: InputParams, kept: int = 1, bumper: bool = False, low: bool = False) -> None:
+        """Listen from now on.
+
+        Args:
+            params: of the node.
+            kept: scans and odometry that are remembered.
+            bumper: hear the bumper.
+            low: look for low obstacles in the depth images.
+        """
+        self._shared, self._kept = params, kept
+        self._changed = threading.Condition()
+        self._frames = Frames()
+        self._answered: Set[str] = set()
+        self._map: Optional[GridMap] = None
+        self._map_count = 0
+        self.forget()
+        self._subscribers = [
+            listen(names.SCAN, LaserScan, self._on_scan, 10),
+            listen(names.ODOM, OdometryMessage, self._on_odometry, 10),
+            listen(names.MAP, OccupancyGrid, self._on_map, 1),
+        ]
+        if bumper:
+            self._subscribers.append(listen(names.BUMPER, BumperMessage, self._on_bumper, 10))
+        if low:
+            self._subscribers.append(listen(names.DEPTH_IMAGE, Image, self._on_depth_image, 1))
+        if params.sync:
+            self._subscribers.append(listen(names.STEP_ACK, StepAck, self._on_ack, 100))
+
+    def forget(self) -> None:
+        """Time went backwards: nothing has been measured yet. The map stays: who serves it says it once."""
+        with self._changed:
+            self._scans: Deque[Scan] = deque(maxlen=self._kept)
+            self._past: Deque[Odometry] = deque(maxlen=self._kept)
+            self._bumps: List[BumperEvent] = []
+            self._low: Optional[Tuple[float, FloatArray]] = None
+        self._frames.forget()
+
+    def together(self) -> bool:
+        """Lock-step: everybody the first pass waits for is connected and has said so."""
+        return set(self._shared.waits_for) <= self._answered
+
+    @property
+    def _scan(self) -> Optional[Scan]:
+        """The newest."""
+        return self._scans[-1] if self._scans else None
+
+    @property
+    def _odometry(self) -> Optional[Odometry]:
+        """The newest."""
+        return self._past[-1] if self._past else None
+
+    def _scan_s(self) -> float:
+        """Stamp of the newest scan; -inf without one."""
+        return self._scans[-1].stamp_s if self._scans else -math.inf
+
+    def _odometry_s(self) -> float:
+        """Stamp of the newest odometry; -inf without any."""
+        return self._past[-1].stamp_s if self._past else -math.inf
+
+    def _place_s(self) -> float:
+        """Stamp of the newest transform of the odometry's frame; -inf without one."""
+        link = self._frames.link(self._shared.odom_frame)
+        return -math.inf if link is None else link.stamp_s
+
+    def _take_bumps(self) -> Tuple[BumperEvent, ...]:
+        """Changes of the bumper since the last call."""
+        bumps, self._bumps = tuple(self._bumps), []
+        return bumps
+
+    def _take_low(self) -> Optional[Tuple[float, FloatArray]]:
+        """Stamp, s, and (n, 2) low obstacles in the base frame, metres, of an image since the last call."""
+        low, self._low = self._low, None
+        return low
+
+    def _stamps(self, now_s: float) -> List[float]:
+        """Of everything that a pass of the lock-step waits for."""
+        return [self._scan_s(), self._odometry_s()]
+
+    def _wait_for_all_of(self, now_s: float) -> None:
+        """In lock-step: what was measured at this moment may still be on its way."""
+        end = time.monotonic() + self._shared.sync_wait
+        while self._shared.sync and time.monotonic() < end:
+            if all(stamp_s >= now_s - 1e-6 for stamp_s in self._stamps(now_s)):
+                return
+            self._changed.wait(LOOK_AGAIN_S)
+
+    def _take_map(self, stamp_s: float, grid: GridMap) -> None:
+        """A map has come."""
+        self._map, self._map_count = grid, self._map_count + 1
+
+    def _on_scan(self, message: LaserScan) -> str:
+        with self._changed:
+            now_s = present_s(self._shared.sync)
+            scan, fault = read_scan(message, self._frames, self._shared.base_frame, now_s, self._scan_s())
+            if scan is not None:
+                self._scans.append(scan)
+                self._changed.notify_all()
+        return fault
+
+    def _on_odometry(self, message: OdometryMessage) -> str:
+        with self._changed:
+            odometry, fault = read_odometry(message, present_s(self._shared.sync), self._odometry_s())
+            if odometry is not None:
+                self._past.append(odometry)
+                self._changed.notify_all()
+        return fault
+
+    def _on_bumper(self, message: BumperMessage) -> str:
+        event, fault = read_bumper(message)
+        if event is not None:
+            with self._changed:
+                self._bumps.append(event)
+        return fault
+
+    def _on_map(self, message: OccupancyGrid) -> str:
+        fault = grid_fault(message, self._shared.map_frame)
+        if not fault:
+            grid = grid_of(message)
+            with self._changed:
+                self._take_map(message.header.stamp.to_sec(), grid)
+        return fault
+
+    def _on_ack(self, message: StepAck) -> str:
+        self._answered.add(message.node)
+        return ""
+
+    def _on_depth_image(self, message: Image) -> str:
+        fault = image_fault(message)
+        if not fault:
+            depth = np.frombuffer(message.data, np.float32).reshape(message.height, message.width)
+            low = low_obstacles(depth)
+            with self._changed:
+                self._low = message.header.stamp.to_sec(), low
+                self._changed.notify_all()
+        return fault
