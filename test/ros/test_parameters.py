@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -78,3 +79,23 @@ def test_wrong_explorer_parameters_are_told_in_whole_sentences():
     assert "; max_speed = 'quick': must be of type float; " in said
     assert "; report.speedy: unknown parameter; known: off, " in said
     assert said.endswith("; report.speed = 'slow': must be of type float")
+
+
+def test_limits_that_contradict_each_other_and_a_map_without_a_place_are_refused_together(tmp_path):
+    (tmp_path / "file").write_text("in place of a folder")
+    values = {"near_speed": 0.4, "controller": "roomba", "map_path": str(tmp_path / "file" / "map")}
+    with pytest.raises(ParamError) as caught:
+        explorer_params(values, "explorer")
+    said = str(caught.value)
+    assert "near_speed = 0.4 m/s is above max_speed = 0.3 m/s" in said
+    assert "controller = 'roomba': must be one of explore_lite, nearest, report, report_printed, yarm" in said
+    assert f"map_path = {values['map_path']!r}: " in said
+
+
+def test_a_full_disk_is_noticed_before_the_start(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(ParamError, match="No space left on device"):
+        explorer_params({"map_path": str(tmp_path / "map")}, "explorer")
