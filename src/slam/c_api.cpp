@@ -54,7 +54,7 @@ slam::GridMap gridOf(const YarmGrid& given) {
 }  // namespace
 
 YarmMapper* yarmMapperMake(const YarmPose* T_map_base) {
-  return new YarmMapper{slam::Mapper(slam::growingMap(), poseOf(*T_map_base)), {}, {}};
+  return new YarmMapper{slam::Mapper(slam::turtlebotParams(), poseOf(*T_map_base)), {}, {}};
 }
 
 void yarmMapperFree(YarmMapper* mapper) {

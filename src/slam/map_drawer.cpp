@@ -131,7 +131,8 @@ void MapDrawer::mark(const MapScan& scan, const Pose2& T_map_sensor, int sign) {
   }
 }
 
-GridMap MapDrawer::draw(const std::vector<std::shared_ptr<const MapScan>>& scans, const std::vector<Pose2>& keyframes) {
+GridMap MapDrawer::draw(const std::vector<std::shared_ptr<const MapScan>>& scans, const std::vector<Pose2>& keyframes,
+                        const std::vector<std::shared_ptr<const MapScan>>& unproved) {
   for (std::size_t i = 0; i < scans.size(); ++i) {
     const MapScan& scan = *scans[i];
     const Pose2 pose = keyframes[scan.keyframe] * scan.T_keyframe_sensor;
@@ -145,7 +146,14 @@ GridMap MapDrawer::draw(const std::vector<std::shared_ptr<const MapScan>>& scans
       drawn_[i] = pose;
     }
   }
-  return toMap();
+  for (const auto& scan : unproved) {
+    mark(*scan, keyframes[scan->keyframe] * scan->T_keyframe_sensor, 1);
+  }
+  GridMap map = toMap();
+  for (const auto& scan : unproved) {
+    mark(*scan, keyframes[scan->keyframe] * scan->T_keyframe_sensor, -1);
+  }
+  return map;
 }
 
 std::int32_t MapDrawer::mostHitsAround(int cell) const {

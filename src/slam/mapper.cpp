@@ -305,10 +305,8 @@ bool Mapper::requestMap() {
     return false;
   }
   takeOptimised();
-  scans_.insert(scans_.end(), unproved_.begin(), unproved_.end());
-  unproved_.clear();
-  worker_.submit([this, scans = scans_, poses = keyframes_.poses()] {
-    auto map = std::make_shared<const GridMap>(drawer_.draw(scans, poses));
+  worker_.submit([this, scans = scans_, unproved = unproved_, poses = keyframes_.poses()] {
+    auto map = std::make_shared<const GridMap>(drawer_.draw(scans, poses, unproved));
     const std::lock_guard<std::mutex> lock(mutex_);
     map_ = std::move(map);
   });

@@ -9,6 +9,9 @@ namespace yarm::slam {
 
 namespace {
 
+constexpr double kTurtlebotBias = 0.0024;   // 1/m
+constexpr double kTurtlebotInterval = 0.5;  // s
+
 void checkMatching(const Params& params, LimitChecker& check) {
   check("scan.sigma_base", params.scan.sigma_base, 1e-4, 1.0);
   check("scan.sigma_slope", params.scan.sigma_slope, 0.0, 1.0);
@@ -75,8 +78,10 @@ void checkGraphAndMap(const Params& params, LimitChecker& check) {
 
 }  // namespace
 
-Params growingMap() {
+Params turtlebotParams() {
   Params params;
+  params.scan.bias_slope = kTurtlebotBias;
+  params.keyframe.interval_s = kTurtlebotInterval;
   params.map.x_min = params.map.y_min = -1.0;
   params.map.x_max = params.map.y_max = 1.0;
   return params;

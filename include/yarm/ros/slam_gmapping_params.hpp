@@ -73,9 +73,9 @@ struct SlamGmappingParams {
   }
 
  private:
-  /// The library's defaults, but for a node: a map that begins small and grows, and work beside the callbacks.
+  /// The library's numbers for the TurtleBot, but with the work beside the callbacks.
   static slam::Params nodeDefaults() {
-    slam::Params params = slam::growingMap();
+    slam::Params params = slam::turtlebotParams();
     params.sync = false;
     return params;
   }

@@ -29,10 +29,11 @@ class MapDrawer {
  public:
   MapDrawer(const MapParams& map, const ScanParams& scan) : map_(map), scan_(scan) {}
 
-  /// Brings the drawing to these scans (earlier calls' scans first, in the same order) and keyframe poses.
-  /// O(new and moved scans x their cells + cells of the map).
+  /// Brings the drawing to these scans (earlier calls' scans first, in the same order) and keyframe poses; the map
+  /// shows the unproved ones too, and they leave no mark. O(new and moved scans x their cells + cells of the map).
   [[nodiscard]] GridMap draw(const std::vector<std::shared_ptr<const MapScan>>& scans,
-                             const std::vector<Pose2>& keyframes);
+                             const std::vector<Pose2>& keyframes,
+                             const std::vector<std::shared_ptr<const MapScan>>& unproved = {});
 
  private:
   struct Marks {

@@ -101,8 +101,9 @@ struct Params {
   bool sync{true};  ///< optimise and draw in the caller's thread, repeatable byte for byte; false: in one of their own
 };
 
-/// The defaults, for a map that begins small around its origin and grows.
-[[nodiscard]] Params growingMap();
+/// The numbers of the TurtleBot: how far its scan reads short (bench/slam.md), a match however little odometry says
+/// that it moved, since wheels slip, and a map that begins small around its origin and grows.
+[[nodiscard]] Params turtlebotParams();
 
 /// What is wrong with parameters, one sentence each; empty when nothing is.
 [[nodiscard]] std::vector<std::string> faultsOf(const Params& params);

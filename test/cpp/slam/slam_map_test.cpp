@@ -85,6 +85,21 @@ TEST(MapDrawerTest, AScanCountsOnceACell) {
   EXPECT_EQ(at(drawer.draw(scans, {Pose2()}), 0.52, 0.02), 100);
 }
 
+TEST(MapDrawerTest, UnprovedScansAreShownAndLeaveNothingBehind) {
+  const Arena arena(std::vector<Segment>{kWall});
+  const Scans proved{seenFrom(arena, {}, 0)};
+  const Scans unproved{
+      std::make_shared<const MapScan>(toMapScan(test::exactScan(arena, {}), unbiased(), 0, Pose2{-0.5, 0.0, 0.0}))};
+  MapDrawer drawer(eager(), ScanParams());
+  EXPECT_EQ(at(drawer.draw(proved, {Pose2()}, unproved), 1.52, 0.02), 100);
+  MapDrawer fresh(eager(), ScanParams());
+  const GridMap after = drawer.draw(proved, {Pose2()});
+  const GridMap expected = fresh.draw(proved, {Pose2()});
+  EXPECT_EQ(at(after, 1.52, 0.02), 0);
+  EXPECT_EQ(at(after, 2.02, 0.02), 100);
+  EXPECT_TRUE(after.cells == expected.cells);
+}
+
 TEST(MapDrawerTest, AKeyframeThatMovesTakesItsMarksAlong) {
   const Arena arena(std::vector<Segment>{kWall});
   const Scans scans{seenFrom(arena, {}, 0), seenFrom(arena, {}, 1)};

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -130,6 +132,78 @@ TEST(MapperTest, AKnownPlaceMakesNoNewKeyframes) {
   }
   EXPECT_GT(after_first_turn, 20);
   EXPECT_LE(mapper.statistics().keyframes, after_first_turn + 5);
+}
+
+// The base is stuck and its wheels spin: odometry creeps ahead, back, and ahead again, while the scan stays.
+struct Spun {
+  double worst_m{0};
+  GridMap map;
+};
+
+Spun spun(const Params& params) {
+  const Arena arena(4);
+  Mapper mapper(params);
+  Tour run(arena, 4);
+  const Moment first = run.next();
+  Spun result;
+  double odometry_m = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    odometry_m += i < 50 ? 0.0 : (i / 20 % 2 == 0 ? 0.005 : -0.003);
+    Scan scan = test::exactScan(arena, first.T_arena_base * test::sensorMount());
+    scan.stamp_ns += static_cast<std::int64_t>(i) * 100'000'000;
+    scan.T_base_sensor = test::sensorMount();
+    scan.T_odom_base = Pose2{odometry_m, 0.0, 0.0};
+    const Pose2 believed = mapper.addScan(scan).T_map_base;
+    result.worst_m = std::max(result.worst_m, std::hypot(believed.x, believed.y));
+    if (i % 50 == 49) {
+      mapper.requestMap();  // in the middle of a slip
+    }
+  }
+  result.map = *mapper.map();
+  return result;
+}
+
+std::vector<Pose2> occupied(const GridMap& map) {
+  std::vector<Pose2> centres;
+  for (int i = 0; i < map.width * map.height; ++i) {
+    if (map.cells[i] == 100) {
+      centres.push_back({map.origin_x + (i % map.width + 0.5) * map.resolution,
+                         map.origin_y + (i / map.width + 0.5) * map.resolution, 0.0});
+    }
+  }
+  return centres;
+}
+
+// Occupied cells that are more than one cell away from all of the others.
+int astray(const GridMap& map, const GridMap& others) {
+  const auto right = occupied(others);
+  const auto cells = occupied(map);
+  return static_cast<int>(std::count_if(cells.begin(), cells.end(), [&](const Pose2& cell) {
+    return std::none_of(right.begin(), right.end(),
+                        [&](const Pose2& other) { return cell.distanceTo(other) < 1.5 * map.resolution; });
+  }));
+}
+
+TEST(MapperTest, WheelsThatSpinBendNeitherPlaceNorMap) {
+  Params seldom = turtlebotParams();
+  seldom.scan.bias_slope = 0.0;
+  Params often = seldom;
+  seldom.keyframe.interval_s = -1.0;
+  const Spun by_way = spun(seldom);
+  const Spun by_time = spun(often);
+  EXPECT_GT(by_way.worst_m, 0.10) << "matched by the way alone, the slip is believed for long";
+  EXPECT_LT(by_time.worst_m, 0.06);
+  const Arena arena(4);
+  Tour run(arena, 4);
+  Scan still = test::exactScan(arena, run.next().T_arena_base * test::sensorMount());
+  still.T_base_sensor = test::sensorMount();
+  Mapper mapper(often);
+  for (int i = 0; i < 300; ++i) {
+    still.stamp_ns += 100'000'000;
+    mapper.addScan(still);
+  }
+  mapper.requestMap();
+  EXPECT_EQ(astray(by_time.map, *mapper.map()), 0);
 }
 
 TEST(MapperTest, RefiningDoesNotHarm) {
