@@ -40,6 +40,14 @@ CASES: Mapping[str, Case] = {
     for case in (
         Case("1m1ma", "one robot, one debris on the part, the HC10 sanding", 180.0, min_pauses=1),
         Case("2m1ma", "two robots, two debris that slip, the HC10 sanding", 300.0, min_replans=1, everybody=True),
+        Case("1m1ma_bin", "one robot with a hand carries one debris to a bin, the HC10 sanding", 240.0, min_pauses=1),
+        Case(
+            "2m1ma_bin",
+            "two robots with hands carry two debris that slip to a bin, the HC10 sanding",
+            360.0,
+            min_replans=1,
+            everybody=True,
+        ),
         Case("2m2ma", "two robots, two HC10s sanding at stations of their own", 300.0, min_pauses=2),
         Case("3m", "three robots cross, the HC10 tucked away", 240.0),
         Case("single", "one robot past the table, no HC10", 120.0),

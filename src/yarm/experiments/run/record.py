@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Mapping, Tuple
 
+from yarm.commander.params import Removal
+
 
 @dataclass(frozen=True)
 class WaypointRow:
@@ -117,11 +119,13 @@ class GoalRecord:
         name: its name.
         kind: "Debris" or "Target".
         robot: who was given it; empty when nobody was.
-        reached: declared reached by the Commander, and true by the simulator's poses.
+        reached: declared reached by the Commander, and true by the simulator's poses; of debris that goes to a bin,
+            that it lies in one at the end.
         declared_s: simulated time it was declared reached, s since the mission began; NaN when it never was.
         distance_m: horizontal distance of the end effector at that moment, metres; NaN when it never was.
         status: last status the Commander gave it.
         reason: why it was not reached; empty when it was.
+        bin: the bin it lies in at the end, at rest and in nobody's hand (ground truth); empty for none.
     """
 
     name: str
@@ -132,6 +136,7 @@ class GoalRecord:
     distance_m: float = math.nan
     status: str = ""
     reason: str = ""
+    bin: str = ""
 
 
 @dataclass(frozen=True)
@@ -221,6 +226,7 @@ class RunInfo:
         versions: version by name of software.
         parameters: parameters by node.
         layout: where everything was at the start or fell, and how it was pushed: metres, degrees.
+        removal: what became of debris: "delete" or "bin".
     """
 
     case: str
@@ -236,6 +242,7 @@ class RunInfo:
     versions: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=dict)
     layout: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    removal: str = Removal.DELETE.value
 
 
 @dataclass(frozen=True)

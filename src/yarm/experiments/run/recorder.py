@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Dict, Iterable, List, Sequence, Set, Tuple
+from typing import Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
 from yarm.commander.events import TaskState
 from yarm.experiments.run.cases import Case
@@ -21,7 +21,7 @@ from yarm.experiments.run.record import (
     TimingRow,
     WaypointRow,
 )
-from yarm.experiments.run.scoring import judge
+from yarm.experiments.run.scoring import goes_to_bin, judge
 from yarm.experiments.run.track import Track
 from yarm.experiments.statistics import percentile
 from yarm.geometry import GridSpec
@@ -90,6 +90,7 @@ class Recorder:
         self._robots = list(robots)
         self._contacts: Dict[Tuple[Tuple[str, str], str], ContactTally] = {}
         self._goal_xy: Dict[str, Tuple[float, float]] = {}
+        self._bins: Dict[str, str] = {}
         self._forget(start_s)
 
     def _forget(self, start_s: float) -> None:
@@ -246,6 +247,10 @@ class Recorder:
                     )
             self._goals[sample.goal] = record
 
+    def in_bins(self, bins: Mapping[str, str]) -> None:
+        """The bin each piece of debris lies in now by ground truth; empty for none."""
+        self._bins = dict(bins)
+
     def finish(self, info: RunInfo, case: Case, arrival_limit_m: float, usage: Sequence[NodeUsage] = ()) -> RunRecord:
         """Score everything that was taken in.
 
@@ -255,10 +260,7 @@ class Recorder:
             arrival_limit_m: largest horizontal distance of an end effector from a goal it is said to have reached.
             usage: cost of each node.
         """
-        goals = tuple(
-            replace(g, reached=g.distance_m <= arrival_limit_m) if math.isfinite(g.declared_s) else g
-            for g in self.goals
-        )
+        goals = tuple(self._scored(goal, info, arrival_limit_m) for goal in self.goals)
         contacts = tuple(sorted(self._contacts.values(), key=lambda c: (c.kind != ContactKind.FAILURE, c.pair, c.kind)))
         robots = tuple(self._robot(name, goals) for name in sorted(self._robots))
         faults = judge(info, case, robots, goals, contacts, self.pauses, arrival_limit_m)
@@ -276,6 +278,14 @@ class Recorder:
             self._track.rows(),
             tuple(sorted(map(self._with_index, self._timing), key=lambda row: (row.time_s, row.robot))),
         )
+
+    def _scored(self, goal: GoalRecord, info: RunInfo, arrival_limit_m: float) -> GoalRecord:
+        """A goal with where it is in the end, and whether it was reached."""
+        goal = replace(goal, bin=self._bins.get(goal.name, ""))
+        if math.isnan(goal.declared_s):
+            return goal
+        there = bool(goal.bin) if goes_to_bin(info, goal) else goal.distance_m <= arrival_limit_m
+        return replace(goal, reached=there)
 
     def _with_goal(self, row: WaypointRow) -> WaypointRow:
         """A waypoint and the goal of the plan it is of; which of the two was heard of first does not matter."""

@@ -7,9 +7,10 @@ from typing import List, Sequence, Tuple
 
 from yarm.commander.activity import Ending
 from yarm.commander.events import TaskState
+from yarm.commander.params import Removal
 from yarm.experiments.run.cases import Case
 from yarm.experiments.run.record import ContactTally, GoalRecord, PauseRecord, RobotRecord, RunInfo
-from yarm.geometry.kinds import ContactKind
+from yarm.geometry.kinds import ContactKind, ObjectKind
 
 
 def judge(
@@ -31,6 +32,8 @@ def judge(
     for goal in goals:
         if not math.isfinite(goal.declared_s) and not (case.refusals and refused(goal)):
             faults.append(f"{goal.name} was not reached ({goal.status or 'no status'}): {goal.reason or 'no reason'}")
+        elif math.isfinite(goal.declared_s) and not goal.reached and goes_to_bin(info, goal):
+            faults.append(f"{goal.name} was declared done by {goal.robot or 'nobody'} and lies in no bin")
         elif math.isfinite(goal.declared_s) and not goal.reached:
             faults.append(
                 f"{goal.name} was declared reached while {goal.robot or 'nobody'} stood {goal.distance_m:.2f} m away "
@@ -57,6 +60,11 @@ def _missing(case: Case, robots: Sequence[RobotRecord], pauses: Sequence[PauseRe
         idle = [robot.name for robot in robots if not robot.goals]
         faults += [f"{name} reached nothing: in this case every robot has something to reach" for name in idle]
     return faults
+
+
+def goes_to_bin(info: RunInfo, goal: GoalRecord) -> bool:
+    """Whether a goal must end in a bin."""
+    return info.removal == Removal.BIN and goal.kind == ObjectKind.DEBRIS
 
 
 def refused(goal: GoalRecord) -> bool:

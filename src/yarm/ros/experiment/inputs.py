@@ -203,6 +203,7 @@ class ExperimentInputs:
     def _on_sim(self, message: SimStatus) -> None:
         with self.lock:
             self.state.sim = message
+            self.recorder.in_bins(dict(zip(message.debris, message.bins)))
             self.state.now_s = max(self.state.now_s, message.header.stamp.to_sec())
             self.loop_ms.append(message)
 

@@ -15,6 +15,7 @@ from typing import Dict, List, Sequence, Tuple
 import psutil
 import yaml
 
+from yarm.commander.params import Removal
 from yarm.experiments.cells.outcome import cell_line, kind_of, read_cell
 from yarm.experiments.explore.writers import run_folder as explore_folder
 from yarm.experiments.inspect.writers import run_folder as inspect_folder
@@ -44,7 +45,8 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--case",
         default="1m1ma",
-        help="1m1ma, 2m1ma, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random or a scene file",
+        help="1m1ma, 2m1ma, 1m1ma_bin, 2m1ma_bin, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random or a "
+        "scene file",
     )
     options.add_argument("--kind", choices=KINDS, help="random: kind of the cell; all in turn by the seed unless given")
     options.add_argument("--arena", default="practice", help="explore: shipped arena, or an arena file")
@@ -66,6 +68,12 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--planned-once", action="store_true", help="no re-planning: follow the first path to its end")
     options.add_argument(
         "--unguarded", action="store_true", help="no safety monitor, and the checker only counts, as published"
+    )
+    options.add_argument("--hands", action="store_true", help="the robots carry a hand; always so in a cell with a bin")
+    options.add_argument(
+        "--removal",
+        choices=[way.value for way in Removal],
+        help="debris that was reached is gone (delete), or carried to a bin (bin); bin in a cell with one unless given",
     )
     options.add_argument("--rviz", action="store_true", help="show it")
     options.add_argument("--sync", action="store_true", help="lock-step: slower, repeats exactly")
@@ -212,6 +220,9 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
     flags["guarded"] = not options.unguarded
     flags["vary"] = not options.nominal
     flags["replanning"] = not options.planned_once
+    bins = has_bins(options.case)
+    flags["hands"] = options.hands or bins
+    values["removal"] = options.removal or (Removal.BIN if bins else Removal.DELETE).value
     arguments = [f"{name}:={value}" for name, value in values.items()]
     arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
     return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
@@ -228,6 +239,14 @@ def working_arms(case: str) -> Tuple[str, ...]:
         return load_scene(case).working_arms
     except SceneError:
         return (NAME,)
+
+
+def has_bins(case: str) -> bool:
+    """Whether a scene has bins; one that cannot be read is left to the simulation to refuse."""
+    try:
+        return bool(load_scene(case).bins)
+    except SceneError:
+        return False
 
 
 def verdict(summary: Path) -> int:

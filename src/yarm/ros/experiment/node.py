@@ -122,6 +122,7 @@ class Experiment:
             versions(),
             parameters(),
             {} if self._scene is None else layout_of(self._scene),
+            self._params.removal,
         )
         lost = self._meter.lost()
         usage = self._meter.finish(sets)

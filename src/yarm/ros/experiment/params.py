@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from yarm.commander.params import Removal
 from yarm.params import param
 
 
@@ -17,6 +18,12 @@ class ExperimentParams:
     mode: str = param("boundless", "", "mode of the Commander", choices=("bounded", "boundless"))
     sync: bool = param(
         False, "", "lock-step: time stands still while the mission is driven, so that it repeats exactly"
+    )
+    removal: str = param(
+        Removal.DELETE.value,
+        "",
+        "what the Commander does with debris: with bin it must end in one by ground truth",
+        choices=[way.value for way in Removal],
     )
     cleanup: bool = param(False, "", "send everybody home at the end")
     results: str = param("results", "", "folder that holds <case>/<seed>/; made when missing")

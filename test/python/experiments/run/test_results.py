@@ -108,7 +108,16 @@ def test_a_run_without_anything_can_be_written_and_drawn(tmp_path: Path) -> None
 
 
 def test_every_published_case_is_there() -> None:
-    assert set(CASES) - {"soak"} == {"1m1ma", "2m1ma", "2m2ma", "3m", "single", "1m1ma_target"}
+    assert set(CASES) - {"soak"} == {
+        "1m1ma",
+        "2m1ma",
+        "1m1ma_bin",
+        "2m1ma_bin",
+        "2m2ma",
+        "3m",
+        "single",
+        "1m1ma_target",
+    }
     assert CASES["1m1ma"].min_pauses == 1
     assert CASES["2m1ma"].min_replans == 1
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Callable
 
 import pytest
@@ -42,6 +43,30 @@ def test_every_pose_is_kept_with_its_robot_and_cell() -> None:
     last = rows[-1]
     assert (last.time_s, last.x_m, last.y_m, last.yaw_rad) == (10.0, 1.0, 1.0, math.pi)
     assert (last.column_x, last.column_y) == pytest.approx((35.0, 35.0))
+
+
+def test_debris_that_goes_to_a_bin_must_lie_in_one_at_the_end() -> None:
+    to_bin = replace(DONE, removal="bin")
+    recorder = good_run()
+    recorder.in_bins({"debris_1": "bin_1"})
+    recorder.in_bins({"debris_1": ""})
+    record = scored(recorder, to_bin)
+    assert record.faults == ("debris_1 was declared done by ankurbot_1 and lies in no bin",)
+    assert [(goal.reached, goal.bin) for goal in record.goals] == [(False, "")]
+    recorder.in_bins({"debris_1": "bin_1"})
+    record = scored(recorder, to_bin)
+    assert record.success, record.faults
+    assert [(goal.reached, goal.bin) for goal in record.goals] == [(True, "bin_1")]
+
+
+def test_a_target_is_reached_by_the_robot_whatever_becomes_of_debris() -> None:
+    recorder = good_run()
+    recorder.in_bins({"debris_1": "bin_1"})
+    recorder.goal_pose("target_1", 1.0, 1.0)
+    recorder.tasks(START_S + 11.0, [TaskSample("ankurbot_1", "target_1", "Target", "reached")])
+    faults = scored(recorder, replace(DONE, removal="bin")).faults
+    assert len(faults) == 1
+    assert faults[0].startswith("target_1 was declared reached while ankurbot_1 stood 1.")
 
 
 def touch(recorder: Recorder) -> None:

@@ -197,3 +197,18 @@ def test_wrong_words_are_refused_before_anything_is_started_or_lost(tmp_path, ca
     assert "launch argument case = 'nope': no such scene; shipped: 1m1ma" in said
     assert "launch argument planner = 'magic'" in said
     assert summary.read_text() == "success: true\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "hands", "removal"),
+    [
+        (["--case", "1m1ma"], "false", "delete"),
+        (["--case", "1m1ma", "--hands"], "true", "delete"),
+        (["--case", "1m1ma_bin"], "true", "bin"),
+        (["--case", "1m1ma_bin", "--removal", "delete"], "true", "delete"),
+        (["--case", "no_such_scene"], "false", "delete"),
+    ],
+)
+def test_in_a_cell_with_a_bin_robots_have_hands_and_use_it(words: list, hands: str, removal: str) -> None:
+    given = dict(word.split(":=") for word in command(parser().parse_args(words), 1)[5:])
+    assert (given["hands"], given["removal"]) == (hands, removal)

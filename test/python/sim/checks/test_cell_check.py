@@ -29,7 +29,7 @@ def test_every_shipped_scene_can_be_done(name: str) -> None:
     assert len(findings) >= 3
 
 
-@pytest.mark.parametrize("name", ["1m1ma", "1m1ma_bin", "2m1ma"])
+@pytest.mark.parametrize("name", ["1m1ma", "1m1ma_bin", "2m1ma", "2m1ma_bin"])
 def test_the_cells_of_debris_can_be_done_with_hands_too(name: str) -> None:
     findings = check_scene(load_scene(name), hands=True)
     assert [finding.text for finding in findings if not finding.holds] == []
