@@ -5,7 +5,9 @@
 
 Builds `localisation_bench` (bench/localisation.cpp), runs one process a room and set, and prints a table for the starts
 and one for the tours; the raw rows go to ``bench/data/localisation_starts.csv`` and ``localisation_tours.csv``. Every
-number of the library that the bench names can be changed: ``--with NAME=VALUE``.
+number of the library that the bench names can be changed: ``--with NAME=VALUE``. ``--peer mrpt`` measures MRPT's KLD
+particle filter in its place (bench/localisation_mrpt.cpp; built where ``libmrpt-slam-dev`` is installed), with the
+numbers that did best for it, into files that end in ``_mrpt``.
 """
 
 from __future__ import annotations
@@ -46,18 +48,27 @@ SETS: Dict[str, Set] = {
     "tours_odo2": Set(("mode=tour", "odo=2"), 6, True),
 }
 """What is measured, by name."""
+MRPT = "mrpt"
+PEER_SETS = ("one_turn", "walls", "tours", "tours_odo2")
+PEER_TOUR = ("power=0.2", "sigma=0.05", "particles=500", "bin_m=0.05")
+"""What suits the peer for following; its defaults are those for finding."""
 
 
-def rows_of(room: int, name: str, count: int, options: Sequence[str]) -> List[Row]:
-    """The rows of one set in one room.
+def rows_of(room: int, name: str, count: int, options: Sequence[str], peer: str = "") -> List[Row]:
+    """The rows of one set in one room, of ours or of a peer.
 
     Raises:
         subprocess.CalledProcessError: the bench failed; its message is on standard error.
     """
-    command = [str(DEVEL / "lib" / "yarm" / "localisation_bench"), f"arena={room}", f"count={count}"]
-    command += [*SETS[name].options, *options]
+    command = [str(DEVEL / "lib" / "yarm" / bench_of(peer)), f"arena={room}", f"count={count}"]
+    command += [*SETS[name].options, *(PEER_TOUR if peer and SETS[name].is_tour else ()), *options]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, timeout=1800.0)
     return [{"set": name, **row} for row in csv.DictReader(done.stdout.splitlines())]
+
+
+def bench_of(peer: str) -> str:
+    """Name of the program that measures ours, or a peer."""
+    return f"localisation_{peer}_bench" if peer else "localisation_bench"
 
 
 def numbers(rows: List[Row], key: str) -> np.ndarray:
@@ -111,22 +122,29 @@ def main() -> int:
     """Run the sets asked for and print their tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rooms", type=int, default=5, help="rooms 1 to this")
-    parser.add_argument("--sets", nargs="+", choices=sorted(SETS), default=list(SETS))
+    parser.add_argument("--sets", nargs="+", choices=sorted(SETS))
+    parser.add_argument("--peer", choices=("", MRPT), default="")
     parser.add_argument("--count", type=int, default=0, help="starts or tours a room instead of the set's own")
     parser.add_argument("--with", dest="options", nargs="*", default=[], metavar="NAME=VALUE", help="for every run")
     given = parser.parse_args()
-    subprocess.run(["make", "-C", str(BUILD), "localisation_bench"], check=True, stdout=subprocess.DEVNULL)
+    sets = given.sets or list(PEER_SETS if given.peer else SETS)
+    unknown = set(sets) - set(PEER_SETS) if given.peer else set()
+    if unknown:
+        parser.error(f"{given.peer} is measured in {', '.join(PEER_SETS)}; not in {', '.join(sorted(unknown))}")
+    subprocess.run(["make", "-C", str(BUILD), bench_of(given.peer)], check=True, stdout=subprocess.DEVNULL)
+    ending = f"_{given.peer}" if given.peer else ""
     for is_tour, head, line, file in (
-        (False, STARTS_HEAD, start_line, "localisation_starts.csv"),
-        (True, TOURS_HEAD, tour_line, "localisation_tours.csv"),
+        (False, STARTS_HEAD, start_line, f"localisation_starts{ending}.csv"),
+        (True, TOURS_HEAD, tour_line, f"localisation_tours{ending}.csv"),
     ):
-        names = [name for name in given.sets if SETS[name].is_tour == is_tour]
+        names = [name for name in sets if SETS[name].is_tour == is_tour]
         table: List[Row] = []
         if names:
             print(f"\n| {head} |\n" + "|---" * (head.count("|") + 1) + "|")
         for name in names:
             count = given.count or SETS[name].count
-            rows = [row for room in range(1, given.rooms + 1) for row in rows_of(room, name, count, given.options)]
+            rooms = range(1, given.rooms + 1)
+            rows = [row for room in rooms for row in rows_of(room, name, count, given.options, given.peer)]
             print(line(name, rows), flush=True)
             table += rows
         if table:

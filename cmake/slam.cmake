@@ -77,6 +77,15 @@ foreach(bench slam localisation)
   target_link_libraries(${bench}_bench PRIVATE yarm_slam_world)
 endforeach()
 
+# The peer in bench/localisation.py, where MRPT is installed; nothing else needs it.
+find_package(mrpt-slam QUIET)
+if(mrpt-slam_FOUND)
+  #catkin_lint: ignore uninstalled_target
+  add_executable(localisation_mrpt_bench EXCLUDE_FROM_ALL bench/localisation_mrpt.cpp)
+  target_compile_options(localisation_mrpt_bench PRIVATE -O3 -Wall -Wextra -Wpedantic)
+  target_link_libraries(localisation_mrpt_bench PRIVATE yarm_slam_world mrpt::slam)
+endif()
+
 if(CATKIN_ENABLE_TESTING)
   # Tours for tests in Python (test/support/slam_log.py).
   #catkin_lint: ignore uninstalled_target
