@@ -9,15 +9,11 @@ import numpy as np
 
 from yarm.exploration.model import Command, Event
 from yarm.exploration.report.params import ReportParams
-from yarm.exploration.report.view import NOTHING_M, Track, View
+from yarm.exploration.report.view import Track, View
 from yarm.geometry import Pose2
 from yarm.robots.turtlebot import Bumper
 
 TURN_RAD = 2.0 * math.pi
-TURN_REST_RAD = 0.1
-"""A whole turn is done when less than this is left of it."""
-BACK_RAD = math.radians(30.0)
-"""A selection does not end within this of where the robot came from."""
 LEFT, RIGHT = 1, -1
 
 
@@ -139,7 +135,7 @@ class Selection:
         if not self.active:
             return None
         self._turned += abs(view.turned_rad)
-        if not self._search.active and TURN_RAD - self._turned <= TURN_REST_RAD:
+        if not self._search.active and TURN_RAD - self._turned <= self._params.turn_rest:
             self._search.begin(view.now_s)
         if self._found(view):
             self.cancel()
@@ -153,7 +149,7 @@ class Selection:
         roomy = math.isfinite(centre) and centre >= self._params.selection_distance
         if self._search.active:
             return self._search.found(view, roomy)
-        return roomy and abs(self._turned - math.pi) > BACK_RAD
+        return roomy and abs(self._turned - math.pi) > self._params.selection_back
 
 
 class BumpRecovery:
@@ -191,7 +187,6 @@ class FullTurn:
     """A whole turn every so often, backing at first, then a pause."""
 
     name = "full_turn"
-    BACKING_LOOPS = 10
 
     def __init__(self, params: ReportParams, selection: Selection) -> None:
         """A turn that begins ends a ``selection``."""
@@ -222,11 +217,11 @@ class FullTurn:
             return None
         self._turned += abs(view.turned_rad)
         self._loops += 1
-        if TURN_RAD - self._turned <= TURN_REST_RAD:
+        if TURN_RAD - self._turned <= self._params.turn_rest:
             self._turned = None
             self._pause_until = view.now_s + self._params.turn_pause
             return None
-        back = self._params.bump_speed if self._loops <= self.BACKING_LOOPS else 0.0
+        back = self._params.bump_speed if self._loops <= self._params.turn_backing else 0.0
         return Command(-back, self._params.turn_rate)
 
     def pause(self, view: View) -> Optional[Command]:
@@ -337,6 +332,6 @@ def has_room(view: View, params: ReportParams) -> bool:
 
 
 def to_the_middle(left_m: float, right_m: float, params: ReportParams) -> float:
-    """Turn, rad/s, towards the side with more room; 0 once it reaches two thirds of the greatest turn."""
-    turn = params.middle_gain * (min(left_m, NOTHING_M) - min(right_m, NOTHING_M))
-    return 0.0 if abs(turn) >= params.angular_max / 1.5 else turn
+    """Turn, rad/s, towards the side with more room; 0 once it reaches ``middle_share`` of the greatest turn."""
+    turn = params.middle_gain * (min(left_m, params.nothing) - min(right_m, params.nothing))
+    return 0.0 if abs(turn) >= params.middle_share * params.angular_max else turn

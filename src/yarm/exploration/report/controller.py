@@ -32,7 +32,7 @@ class ReportController:
         self._params = numbers or ReportParams()
         rng = np.random.default_rng(seed)
         self._events: List[Event] = []
-        self._watcher = Watcher()
+        self._watcher = Watcher(self._params.valid_range, True, self._params)
         self._selection = Selection(self._params, rng, self._events)
         self._bumper = BumpRecovery(self._params, self._selection)
         self._turn = FullTurn(self._params, self._selection)

@@ -9,10 +9,6 @@ from yarm.exploration.model import Command
 from yarm.exploration.report.params import ReportParams
 from yarm.geometry import FloatArray, Pose2, wrap_angle
 
-SHORT_CELLS = 8
-"""A path of fewer cells is driven straight to its end."""
-FIRST_TOLERANCE, FIRST_TO_GO, ADVANCE = 2, 4, 2
-
 
 class CellFollower:
     """Follows (n, 2) points, metres, in the map."""
@@ -22,9 +18,9 @@ class CellFollower:
         self.points = points
         self._cell_m = cell_m
         self._params = params
-        short = len(points) < SHORT_CELLS
-        self._to_go = len(points) - 1 if short else FIRST_TO_GO
-        self._tolerance = len(points) - 1 if short else FIRST_TOLERANCE
+        short = len(points) < params.follow_short
+        self._to_go = len(points) - 1 if short else min(params.follow_to_go, len(points) - 1)
+        self._tolerance = len(points) - 1 if short else min(params.follow_tolerance, len(points) - 1)
         self._turning = True
 
     def step(self, pose: Pose2) -> Optional[Command]:
@@ -34,8 +30,8 @@ class CellFollower:
             return None
         last = len(self.points) - 1
         if self._to_go < last and self._distance(pose, self._tolerance) <= params.follow_reach * self._cell_m:
-            self._tolerance = min(self._tolerance + ADVANCE, last)
-            self._to_go = min(self._to_go + ADVANCE, last)
+            self._tolerance = min(self._tolerance + params.follow_advance, last)
+            self._to_go = min(self._to_go + params.follow_advance, last)
         x, y = self.points[self._to_go]
         error = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.yaw_rad)
         if self._turning and abs(error) > params.follow_aligned:

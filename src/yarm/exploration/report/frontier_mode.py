@@ -6,7 +6,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 
-from yarm.exploration.model import Command, Event, FrontierView, Intent
+from yarm.exploration.model import Command, Detail, Event, FrontierView, Intent
 from yarm.exploration.report.follow import CellFollower
 from yarm.exploration.report.frontiers import Frontier, Reach, cropped, frontiers, padded, with_probabilities
 from yarm.exploration.report.params import ReportParams
@@ -93,20 +93,21 @@ class FrontierMode:
         if view.now_s < self._retry_s - 1e-6:
             return False
         pose, room = view.observation.pose, view.observation.map
-        small = None if room is None else cropped(room)
+        small = None if room is None else cropped(room, self._params.border)
         if pose is None or small is None:
             return False
         robot = small.cell_of(pose.x, pose.y)
         if not small.inside(*robot):
             self._retry_s = view.now_s + RETRY_S
             return False
-        cells = padded(small, self._params.padding)
+        cells = padded(small, self._params.padding, self._params.speck)
         reach = Reach(cells, robot)
         if self._target is not None:
             row, column = small.cell_of(float(self._target[0]), float(self._target[1]))
         else:
             every = frontiers(cells, robot, self._params)
-            found = with_probabilities([f for f in every if np.isfinite(reach.distance(f.row, f.column))])
+            found = [f for f in every if np.isfinite(reach.distance(f.row, f.column))]
+            found = with_probabilities(found, self._params.draw_least)
             chosen = self._draw(view, found)
             if chosen is None:
                 self._retry_s = view.now_s + RETRY_S
@@ -130,7 +131,7 @@ class FrontierMode:
         if not candidates:
             return None
         chosen = candidates[int(self._rng.choice(len(candidates), p=[f.probability for f in candidates]))]
-        details = (("what", "drawn"), ("of", len(candidates)), *_numbers(chosen))
+        details: Tuple[Tuple[str, Detail], ...] = (("what", "drawn"), ("of", len(candidates)), *_numbers(chosen))
         self._events.append(Event(view.now_s, "frontier", details))
         return chosen
 

@@ -15,10 +15,7 @@ from yarm.exploration.report.params import ReportParams
 from yarm.geometry import BoolArray, FloatArray, IntArray, Pose2
 from yarm.navigation.grid_map import CellArray, GridMap
 
-BORDER_CELLS = 3
-"""Kept around the known cells where the map has them."""
-WINDOW_CELLS = 5
-"""Side of the window in which frontier cells are merged."""
+DEFAULTS = ReportParams()
 OCCUPIED = 100
 _STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))
 
@@ -32,7 +29,7 @@ class Frontier:
         column: in the cropped map.
         distance: straight, from the robot, cells.
         unknown: twice the number of unknown neighbours of the cells it stands for.
-        obstacles: sum of the obstacles in its window, 100 a cell.
+        obstacles: sum of the obstacles in its window, each as much as ``ReportParams.obstacle``.
         fitness: greater is better.
         probability: of being drawn.
     """
@@ -46,23 +43,23 @@ class Frontier:
     probability: float = 0.0
 
 
-def cropped(room: GridMap) -> Optional[GridMap]:
+def cropped(room: GridMap, border: int = DEFAULTS.border) -> Optional[GridMap]:
     """The known cells and a border where it fits; None when nothing is known."""
     rows, columns = np.nonzero(~room.unknown)
     if not rows.size:
         return None
-    top, bottom = max(int(rows.min()) - BORDER_CELLS, 0), min(int(rows.max()) + BORDER_CELLS + 1, room.rows)
-    left, right = max(int(columns.min()) - BORDER_CELLS, 0), min(int(columns.max()) + BORDER_CELLS + 1, room.columns)
+    top, bottom = max(int(rows.min()) - border, 0), min(int(rows.max()) + border + 1, room.rows)
+    left, right = max(int(columns.min()) - border, 0), min(int(columns.max()) + border + 1, room.columns)
     corner = room.origin.compose(Pose2(left * room.resolution_m, top * room.resolution_m))
     return GridMap(room.cells[top:bottom, left:right], room.resolution_m, corner)
 
 
-def padded(room: GridMap, padding: int) -> CellArray:
+def padded(room: GridMap, padding: int, speck: int = DEFAULTS.speck) -> CellArray:
     """Cells -1, 0, 100: occupied specks taken out, everything within ``padding`` cells of the rest occupied."""
     side = 2 * padding + 1
     occupied = room.occupied.astype(np.int32)
     in_window = ndimage.convolve(occupied, np.ones((side, side), np.int32), mode="constant")
-    kept: BoolArray = room.occupied & (in_window > padding - 2)
+    kept: BoolArray = room.occupied & (in_window > speck)
     cells = np.where(room.unknown, -1, 0).astype(np.int8)
     near: BoolArray = ndimage.binary_dilation(kept, np.ones((side, side), bool))
     cells[near] = OCCUPIED
@@ -81,17 +78,17 @@ def frontier_cells(cells: CellArray) -> BoolArray:
 def frontiers(cells: CellArray, robot: Tuple[int, int], params: ReportParams) -> List[Frontier]:
     """Merged frontier cells of a padded map, in the order of their rows.
 
-    The first unused cell takes the sum of its window of 5 x 5 and uses the others up.
+    The first unused cell takes the sum of its window (``merging``) and uses the others up.
     """
     mask = frontier_cells(cells)
+    half = params.merging // 2
     neighbours = ndimage.convolve((cells == -1).astype(np.int32), np.ones((3, 3), np.int32), mode="constant")
     information = np.where(mask, 2 * neighbours, 0)
     obstacles = ndimage.convolve(
-        np.where(cells == OCCUPIED, OCCUPIED, 0).astype(np.int64),
-        np.ones((WINDOW_CELLS, WINDOW_CELLS), np.int64),
+        (cells == OCCUPIED).astype(np.int64),
+        np.ones((2 * half + 1, 2 * half + 1), np.int64),
         mode="constant",
     )
-    half = WINDOW_CELLS // 2
     unused = mask.copy()
     found = []
     for row, column in np.argwhere(mask):
@@ -104,7 +101,7 @@ def frontiers(cells: CellArray, robot: Tuple[int, int], params: ReportParams) ->
         gain = float(information[window][unused[window]].sum())
         unused[window] = False
         distance = math.hypot(row - robot[0], column - robot[1])
-        walls = float(obstacles[row, column])
+        walls = params.obstacle * float(obstacles[row, column])
         fitness = params.weight_distance * distance + params.weight_unknown * gain - params.weight_obstacles * walls
         found.append(Frontier(int(row), int(column), distance, gain, walls, fitness))
     return found
@@ -154,12 +151,12 @@ def _graph(free: BoolArray) -> coo_matrix:
     ).tocsr()
 
 
-def with_probabilities(reachable: List[Frontier]) -> List[Frontier]:
-    """The frontiers with their shares of the draw, proportional to the fitness above the least, and one."""
+def with_probabilities(reachable: List[Frontier], least_share: float = DEFAULTS.draw_least) -> List[Frontier]:
+    """The frontiers with their shares of the draw, proportional to the fitness above the least, and ``least_share``."""
     if not reachable:
         return []
     least = min(f.fitness for f in reachable)
-    weights: FloatArray = np.array([f.fitness - least + 1.0 for f in reachable])
+    weights: FloatArray = np.array([f.fitness - least + least_share for f in reachable])
     shares = weights / weights.sum()
     return [
         Frontier(f.row, f.column, f.distance, f.unknown, f.obstacles, f.fitness, float(share))

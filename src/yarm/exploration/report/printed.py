@@ -13,7 +13,7 @@ import numpy as np
 
 from yarm.exploration.model import Command, Event, Observation, Step
 from yarm.exploration.params import ExploreParams
-from yarm.exploration.report.behaviours import TURN_RAD, TURN_REST_RAD, to_the_middle
+from yarm.exploration.report.behaviours import TURN_RAD, to_the_middle
 from yarm.exploration.report.frontiers import cropped
 from yarm.exploration.report.params import ReportParams
 from yarm.exploration.report.printed_follow import printed_follow
@@ -34,6 +34,7 @@ FRONT_COUNTER, FRONT_STEP = 100, 8
 TURN_EVERY_S, TURN_FROM_S, TURN_RADPS, TURN_BACK_LOOPS, TURN_PAUSE_S = 101, 102.0, math.pi / 12, 10, 3.0
 LIMIT_S = 900.0
 STUCK_SAMPLES, STUCK_FROM_S = 300, 10.0
+TURN_REST_RAD = 0.1
 
 Program = Generator[Tuple[str, Command], View, None]
 

@@ -10,16 +10,12 @@ from typing import Deque, Optional, Tuple
 import numpy as np
 
 from yarm.exploration.model import Observation
+from yarm.exploration.report.params import ReportParams
 from yarm.geometry import FloatArray, Pose2, wrap_angle
 from yarm.geometry.scans import Scan
-from yarm.robots.turtlebot import SCAN_RANGE_MIN_M, SCAN_VALID_M
+from yarm.robots.turtlebot import SCAN_RANGE_MIN_M
 
-AHEAD_RAD = math.radians(6.0)
-"""Beams within this of ahead are the centre."""
-SKIPPED_BEAMS = 20
-"""The outermost beams on the left that count for neither side."""
-NOTHING_M = 100.0
-"""Room at a side where no beam is valid, metres."""
+DEFAULTS = ReportParams()
 
 
 @dataclass(frozen=True)
@@ -28,22 +24,28 @@ class Room:
 
     Attributes:
         centre: least of the beams ahead; inf where none is valid, so that too near and too far look alike.
-        left: least of the left half; NOTHING_M where none is valid.
+        left: least of the left half; ``ReportParams.nothing`` where none is valid.
         right: least of the right half, likewise.
     """
 
     centre: float = math.inf
-    left: float = NOTHING_M
-    right: float = NOTHING_M
+    left: float = DEFAULTS.nothing
+    right: float = DEFAULTS.nothing
 
 
-def room_of(scan: Scan, valid_m: float = SCAN_VALID_M, mend_single: bool = True) -> Room:
+def room_of(
+    scan: Scan,
+    valid_m: float = DEFAULTS.valid_range,
+    mend_single: bool = True,
+    params: ReportParams = DEFAULTS,
+) -> Room:
     """The three distances of a scan.
 
     Args:
         scan: beams from right to left.
         valid_m: what is farther counts as nothing; inf for the program, which compares with 6 m later.
         mend_single: a lone NaN becomes the mean of its two neighbours, as the text has it and the program has not.
+        params: which beams are ahead, and which count for neither side.
     """
     leftwards = np.asarray(scan.ranges, dtype=float)[::-1]
     angles = scan.angles()[::-1]
@@ -53,18 +55,18 @@ def room_of(scan: Scan, valid_m: float = SCAN_VALID_M, mend_single: bool = True)
         seen = np.where((leftwards >= SCAN_RANGE_MIN_M) & (leftwards <= valid_m), leftwards, np.inf)
     n = len(seen)
     if n == 0:
-        return Room()
-    centre = seen[np.abs(angles) <= AHEAD_RAD]
+        return Room(math.inf, params.nothing, params.nothing)
+    centre = seen[np.abs(angles) <= params.ahead]
     return Room(
         float(centre.min()) if centre.size else math.inf,
-        _least(seen[min(SKIPPED_BEAMS, n // 2) : n // 2]),
-        _least(seen[n // 2 :]),
+        _least(seen[min(params.skipped_beams, n // 2) : n // 2], params.nothing),
+        _least(seen[n // 2 :], params.nothing),
     )
 
 
-def _least(seen: FloatArray) -> float:
+def _least(seen: FloatArray, nothing_m: float) -> float:
     least = float(seen.min()) if seen.size else math.inf
-    return least if math.isfinite(least) else NOTHING_M
+    return least if math.isfinite(least) else nothing_m
 
 
 def _mended(ranges: FloatArray) -> FloatArray:
@@ -97,9 +99,11 @@ class View:
 class Watcher:
     """Makes a View of each observation."""
 
-    def __init__(self, valid_m: float = SCAN_VALID_M, mend_single: bool = True) -> None:
+    def __init__(
+        self, valid_m: float = DEFAULTS.valid_range, mend_single: bool = True, params: ReportParams = DEFAULTS
+    ) -> None:
         """Look at scans with these rules; see ``room_of``."""
-        self._rules = (valid_m, mend_single)
+        self._rules = (valid_m, mend_single, params)
         self._yaw: Optional[float] = None
         self._scan: Optional[Scan] = None
         self._room = Room()

@@ -10,7 +10,7 @@ import pytest
 
 from support.report_rig import scan
 from yarm.exploration.model import Observation
-from yarm.exploration.report.view import NOTHING_M, Room, Track, View, Watcher, room_of
+from yarm.exploration.report.view import DEFAULTS, Room, Track, View, Watcher, room_of
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Odometry
 
@@ -32,7 +32,7 @@ def test_the_program_sees_beyond_five_metres() -> None:
 
 def test_a_side_without_a_valid_beam_is_a_hundred_metres() -> None:
     seen = room_of(scan(math.nan, left=math.nan, right=1.5))
-    assert seen.left == NOTHING_M and seen.right == pytest.approx(1.5)
+    assert seen.left == DEFAULTS.nothing and seen.right == pytest.approx(1.5)
 
 
 def test_the_outermost_beams_on_the_left_do_not_count() -> None:
