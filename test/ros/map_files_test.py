@@ -214,6 +214,13 @@ class MapFilesTest(unittest.TestCase):
         self.assertIn("room.yaml: negate is missing: expected 0 or 1", said)
         self.assertIn("room.yaml: occupied_thresh = 2: expected a number within 0 to 1", said)
         Path(f"{name}.yaml").write_text(text)
+        boxes = self.folder / "boxes.yaml"
+        boxes.write_text("boxes:\n  - {number: 7, x: 40.0, y: -3.0, phi: 0.0}\n")
+        code, said = run("map_server", f"{name}.yaml", f"_boxes:={boxes}")
+        self.assertEqual(code, 1)
+        self.assertRegex(
+            said, r"boxes\.yaml: box 7 = \(40\.0, -3\.0\): expected a place in the map, 1\.55 x 0\.85 m from"
+        )
         code, said = run("map_server", f"{name}.yaml", "_frame:=room")
         self.assertEqual(code, 1)
         self.assertIn("frame: unknown parameter", said)

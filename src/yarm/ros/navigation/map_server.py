@@ -23,7 +23,7 @@ from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.navigation.maps import grid_message
 from yarm.ros.navigation.params import MapServerParams
-from yarm.yaml_fields import SceneError
+from yarm.yaml_fields import Faults, SceneError
 
 
 class MapServer:
@@ -56,11 +56,19 @@ def drawn(grid: GridMap, boxes: str) -> GridMap:
     """The map with the boxes of a file in it; the map itself when no file is named.
 
     Raises:
-        SceneError: the file is faulty.
+        SceneError: the file is faulty, or boxes lie outside the map.
     """
     if not boxes:
         return grid
-    return with_bodies(grid, [box.corners() for box in read_boxes(Path(boxes).expanduser())])
+    read = read_boxes(Path(boxes).expanduser())
+    faults = Faults(boxes)
+    height_m, width_m = (cells * grid.resolution_m for cells in grid.cells.shape)
+    for box in read:
+        if not grid.inside(*grid.cell_of(box.pose.x, box.pose.y)):
+            place = f"a place in the map, {width_m:g} x {height_m:g} m from ({grid.origin.x:g}, {grid.origin.y:g}) on"
+            faults.add(f"box {box.number}", (box.pose.x, box.pose.y), place)
+    faults.raise_if_any()
+    return with_bodies(grid, [box.corners() for box in read])
 
 
 def main() -> int:
