@@ -48,6 +48,7 @@ class KnownRoomTest(ListeningTest):
         cls.teleop = rospy.Publisher(names.TELEOP, Twist, queue_size=1)
         cls.client = actionlib.SimpleActionClient(names.MOVE_BASE, MoveBaseAction)
         assert cls.client.wait_for_server(rospy.Duration(LIMIT_S))
+        rospy.wait_for_service(names.move_base("make_plan"), LIMIT_S)
 
     def truth(self) -> Pose2:
         return pose2_of_pose(self.fresh(names.SIM_POSE).pose.pose)
