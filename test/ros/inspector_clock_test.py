@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Time goes back during a round: the inspector says so, stands, keeps what it has written, and begins afresh."""
+"""Simulation and navigation die during a round and come again: the robot stands meanwhile, and nothing read is lost."""
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -21,9 +23,10 @@ from yarm.inspection.session import IDLE
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.start import init_node
+from yarm.ros.experiment.usage import node_pids
 
 STANDS_S = 3.0
-"""Simulated time for which the robot is watched after time went back: a drive that goes on moves on in it."""
+"""Simulated time for which the robot is watched after something died: a drive that goes on moves on in it."""
 STILL_M = 0.02
 KILL_LIMIT_S = 60.0
 STATUS, TRUTH = names.inspector("status"), names.SIM_POSE
@@ -55,14 +58,12 @@ class InspectorClockTest(ListeningTest):
         """Whether the inspector has been at a stage in the new time; it may have left it since."""
         return any(status.stage == stage for status in self.since_reset(STATUS))
 
-    def test_time_that_goes_back_ends_the_round_and_a_new_one_begins_afresh(self) -> None:
+    def test_1_time_that_goes_back_ends_the_round_and_a_new_one_begins_afresh(self) -> None:
         self.ask(lambda: self.start().success, "a round that begins")
         self.wait(lambda: any(s.stage == Stage.DRIVE and s.verdicts for s in self.kept[STATUS]), "a verdict, a drive")
         subprocess.run(["rosnode", "kill", "/room_simulation"], check=True, capture_output=True, timeout=KILL_LIMIT_S)
         self.wait(lambda: self.reaches(IDLE), "an inspector that is idle in the new time")
-        seen = self.wait(self.stood, f"{STANDS_S:g} s of the robot's places")
-        first, last = (pose2_of_pose(message.pose.pose) for message in (seen[0], seen[-1]))
-        self.assertLess(first.distance(last), STILL_M)
+        self.assert_it_stands_from(0.0)
         statuses = list(self.since_reset(STATUS))
         self.assertEqual({(s.stage, len(s.verdicts)) for s in statuses}, {(IDLE, 0)})
         self.assertIn("time went backwards; waits for ~start", {s.reason for s in statuses})
@@ -73,9 +74,31 @@ class InspectorClockTest(ListeningTest):
         began = next(s for s in self.since_reset(STATUS) if s.stage != IDLE)
         self.assertEqual((began.stage, len(began.verdicts)), (Stage.LOCALISE, 0))
 
-    def stood(self) -> List[object]:
-        """The robot's places of the new time, once there are enough of them."""
-        truths = self.since_reset(TRUTH)
+    def test_2_while_the_navigation_is_gone_it_stands_and_then_it_goes_on(self) -> None:
+        os.kill(node_pids()[f"/{names.MOVE_BASE}"], signal.SIGKILL)
+        gone = self.wait(lambda: next((s for s in self.since_reset(STATUS) if any(
+            text.startswith("navigation: silent for") and "start move_base" in text for text in s.sensors
+        )), None), "an inspector that misses its navigation")  # fmt: skip
+        self.assert_it_stands_from(gone.header.stamp.to_sec())
+        read = len(self.since_reset(STATUS)[-1].verdicts)
+        with subprocess.Popen(["rosrun", "yarm", "move_base"]) as again:
+            try:
+                self.wait(
+                    lambda: any(len(s.verdicts) > read and not s.sensors for s in self.since_reset(STATUS)),
+                    "another verdict",
+                )
+            finally:
+                again.send_signal(signal.SIGINT)
+
+    def assert_it_stands_from(self, from_s: float) -> None:
+        """The robot's true places of so long, in the new time."""
+        seen = self.wait(lambda: self.stood(from_s), f"{STANDS_S:g} s of the robot's places")
+        first, last = (pose2_of_pose(message.pose.pose) for message in (seen[0], seen[-1]))
+        self.assertLess(first.distance(last), STILL_M)
+
+    def stood(self, from_s: float) -> List[object]:
+        """The robot's places of the new time from a moment on, once there are enough of them."""
+        truths = [truth for truth in self.since_reset(TRUTH) if truth.header.stamp.to_sec() >= from_s]
         lasts = truths and (truths[-1].header.stamp - truths[0].header.stamp).to_sec() >= STANDS_S
         return truths if lasts else []
 
