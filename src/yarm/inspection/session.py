@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Callable, Optional, Tuple
@@ -21,6 +22,8 @@ HOME_CHECK_S = 1.0
 """Between two looks at how long the way home takes."""
 OVERTIME_S = 30.0
 """So long after the time limit everything that still waits has failed."""
+NUMBER = re.compile(r"\d+(\.\d+)?")
+"""How long, how far, how old: what changes in a sentence about the same trouble."""
 IDLE, STOPPED = "idle", "stopped"
 """Words for stages that no round has: before one begins, and after it was broken off."""
 
@@ -282,9 +285,9 @@ class InspectionSession:
         return self._ended
 
     def _told(self, elapsed_s: float, trouble: str) -> Tuple[Event, ...]:
-        """Trouble as an event, once each time it changes."""
-        before, self._said = self._said, trouble
-        return (Event(elapsed_s, "trouble", (("what", trouble),)),) if trouble and trouble != before else ()
+        """Trouble as an event, once each time it changes; that it lasts longer is no change."""
+        before, self._said = self._said, NUMBER.sub("", trouble)
+        return (Event(elapsed_s, "trouble", (("what", trouble),)),) if trouble and self._said != before else ()
 
     def _time_home(self, tour: RoundFlow, seen: Senses) -> float:
         if seen.now_s >= self._home_at_s + HOME_CHECK_S:

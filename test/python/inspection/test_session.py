@@ -176,7 +176,8 @@ def test_without_a_scan_nothing_is_driven_and_it_goes_on_afterwards() -> None:
     world.run(0.5)
     step = world.run(3.0, scan=scan_at(50.0))
     assert world.goal is None and "scan: none newer than" in step.reason
-    assert any(event.kind == "trouble" for s in world.steps for event in s.events)
+    said = [event for s in world.steps for event in s.events if event.kind == "trouble"]
+    assert len(said) == 1 and "scan: none newer than 0.6 s" in dict(said[0].details)["what"]
     assert world.run(30.0).stage == Stage.DONE
 
 
