@@ -137,9 +137,12 @@ class CellState:
     def open_goals(self) -> Dict[str, Goal]:
         """Debris and targets on the map that nobody is done with, by name; and the bins, for each robot with a load."""
         goals, leaving = {}, self.queue.leaving | self.carried | set(self.refused)
+        taking = tuple(self._goal_columns[found.name] for found in self.bins if not self.full(found))
         for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET):
             if thing.name not in leaving and not self.bin_of(thing):
-                goals[thing.name] = Goal(thing.name, GoalKind(thing.kind), self._goal_columns[thing.name], thing.cells)
+                kind, column = GoalKind(thing.kind), self._goal_columns[thing.name]
+                onward = taking if kind is GoalKind.DEBRIS else ()
+                goals[thing.name] = Goal(thing.name, kind, column, thing.cells, onward=onward)
         for robot in sorted(set(self.loads) - self.at_work):
             for found in self.bins:
                 if not self.full(found):

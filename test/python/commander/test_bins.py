@@ -239,3 +239,15 @@ def test_a_new_simulator_forgets_what_hung_on_the_hands():
     cell.restart()
     assert cell.commander.cell.loads == {}
     cell.run(lambda: cell.binned("debris_1"), 240.0)
+
+
+def test_three_robots_bring_six_pieces_to_two_bins():
+    places = [(0.28, 0.45), (0.28, -0.45), (-0.20, 0.47), (-0.20, -0.47), (0.30, 0.0), (-0.12, 0.0)]
+    starts = {f"ankurbot_{i + 1}": (0.65, y, math.pi) for i, y in enumerate((1.9, -1.9, 0.0))}
+    cell = cell_with(places, bins=(BIN, (0.45, 1.45)), **starts)
+    assert outcome_of(cell).outcome == "succeeded"
+    assert binned(cell) == {f"debris_{i + 1}": True for i in range(6)}
+    assert sorted(works(cell)) == sorted(
+        [f"PICK debris_{i + 1}" for i in range(6)] + [word for word in works(cell) if word.startswith("DROP bin_")]
+    )
+    assert len(works(cell)) == 12

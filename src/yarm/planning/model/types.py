@@ -98,6 +98,7 @@ class Goal:
         cells: (n, 3) cells of the debris in the live grid, cleared while it is somebody's goal; (0, 3) for a target.
         yaw_rad: heading wanted on arrival, rad; None for any.
         robot: name of the only robot that may serve it; empty for any.
+        onward: columns to one of which a robot goes from here with what it takes; none when it is done here.
     """
 
     name: str
@@ -106,6 +107,7 @@ class Goal:
     cells: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     yaw_rad: Optional[float] = None
     robot: str = ""
+    onward: Tuple[Column, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

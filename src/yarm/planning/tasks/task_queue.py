@@ -18,11 +18,11 @@ The Commander's loop around it::
                                                        # queue.hold and laid_down when it is carried off
 
 - ``update`` drops goals that are no longer shown (their robot is idle again), follows those that moved, adds new ones.
-- ``process`` assigns idle robots: bins before debris before targets before homes, the sum of the travel distances
-  least (the assignment problem of H. W. Kuhn, 1955, solved as in D. F. Crouse, "On implementing 2D rectangular
-  assignment algorithms", IEEE Transactions on Aerospace and Electronic Systems 52, 2016). A goal no
-  robot can reach is not assigned but listed in ``unreachable`` with the reason, and tried again when the map changes.
-  Goals that cannot be held at the same time wait for each other.
+- ``process`` assigns idle robots: bins before debris before targets before homes, the sum of the travel distances,
+  onward from debris to a bin too, least (the assignment problem of H. W. Kuhn, 1955, solved as in D. F. Crouse, "On
+  implementing 2D rectangular assignment algorithms", IEEE Transactions on Aerospace and Electronic Systems 52, 2016).
+  A goal no robot can reach is not assigned but listed in ``unreachable`` with the reason, and tried again when the map
+  changes. Goals that cannot be held at the same time wait for each other.
 - An idle robot that stands inside ``keep_clear`` is given a goal of kind CLEAR, named ``clear/<robot>``, made here: a
   place outside where it blocks nobody. Idle robots elsewhere are moved by the planner when they block somebody
   (``RobotPlan`` with an empty goal), without a task; one moved into ``keep_clear`` stays there until those it made way
@@ -54,6 +54,8 @@ KIND_ORDER = (GoalKind.CLEAR, GoalKind.BIN, GoalKind.DEBRIS, GoalKind.TARGET, Go
 
 LEAVING_CELLS = 1e4
 """What taking a robot off a less urgent goal counts in the assignment: more than any way, so idle robots go first."""
+NO_WAY_ON_CELLS = 1e3
+"""What a goal counts there from which there is no way on, as when somebody stands at every bin: it is served last."""
 NO_WAY_CELLS = 1e7
 """What a pair without a way counts there: more than any robot taken off its goal."""
 
@@ -396,7 +398,10 @@ class TaskQueue:
             [[self._distance(travel, robot, self._tasks[name].goal)[0] for robot in robots] for name in names]
         ).reshape(len(names), len(robots))
         busy = np.array([self._is_busy(robot) for robot in robots], dtype=np.bool_)
-        costs = np.where(np.isfinite(lengths), lengths + LEAVING_CELLS * busy, NO_WAY_CELLS)
+        onward: FloatArray = np.zeros_like(lengths)
+        for i, j in np.argwhere(np.isfinite(lengths)):
+            onward[i, j] = min(travel.onward(robots[j], self._tasks[names[i]].goal), NO_WAY_ON_CELLS)
+        costs = np.where(np.isfinite(lengths), lengths + onward + LEAVING_CELLS * busy, NO_WAY_CELLS)
         rows, columns = linear_sum_assignment(costs)
         for i, j in sorted(zip(rows, columns), key=lambda pair: (costs[pair[0], pair[1]], pair)):
             goal = self._tasks[names[i]].goal

@@ -6,6 +6,8 @@ import math
 from dataclasses import replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
+import numpy as np
+
 from yarm.geometry import BoolArray
 from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, shifted, union
 from yarm.planning.cspace.robot_space import Pose, RobotSpace, ShapeCache, View, poses_touch
@@ -15,7 +17,7 @@ from yarm.planning.model import request_check as check
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Column, Goal, PlanRequest
 from yarm.planning.roadmap.roadmap import even_roadmap
-from yarm.planning.roadmap.search import flood, path_cost, reachable
+from yarm.planning.roadmap.search import flood, path_cost, reachable, shortened
 
 Held = Tuple[str, Goal]
 """A robot and the goal it holds."""
@@ -41,6 +43,18 @@ class Travel:
         if key not in self._distances:
             self._distances[key] = self._measure(robot, goal)
         return self._distances[key]
+
+    def onward(self, robot: str, goal: Goal) -> float:
+        """Cost of a robot's way from a goal to the nearest of its onward columns, cells; infinite without a way."""
+        problem = self._problem(robot, goal)
+        if not goal.onward:
+            return 0.0
+        if problem is None:
+            return math.inf
+        view, layout = View(problem.spaces[0], ()), problem.layout
+        wanted = layout.set_of_columns(np.array(goal.onward, dtype=np.int64))
+        ways = [flood(view, pose, lambda h: wanted & ~view.blocked(h)) for pose in self._arrivals(robot, goal)]
+        return min((path_cost(view, shortened(view, way)) for way in ways if way is not None), default=math.inf)
 
     def _measure(self, robot: str, goal: Goal) -> Tuple[float, str]:
         problem = self._problem(robot, goal)

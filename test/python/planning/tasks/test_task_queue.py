@@ -191,6 +191,25 @@ def test_a_robot_with_a_load_goes_to_its_bin_and_serves_no_debris() -> None:
     assert queue.assignments == {"a": "d1", "b": "d2"}
 
 
+def test_the_way_on_to_a_bin_counts() -> None:
+    """Both pieces are as far from the robot; from one it is half as far to the bin."""
+    queue = TaskQueue()
+    goals = [debris("far_on", (9, 4), onward=((15, 16),)), debris("near_on", (9, 16), onward=((15, 16), (28, 2)))]
+    run(queue, robots_at({"a": (9, 10)}), goals)
+    assert queue.assignments == {"a": "near_on"}
+    assert queue.task_of("a").distance_cells == pytest.approx(6.0)  # type: ignore[union-attr]
+
+
+def test_what_cannot_be_carried_on_for_now_is_served_last() -> None:
+    queue = TaskQueue()
+    wall = walls(SPEC, [(12, 14, 0, 24)])
+    goals = [debris("no_way_on", (8, 10), onward=((20, 10),)), debris("way_on", (3, 4), onward=((3, 20),))]
+    run(queue, robots_at({"a": (7, 10)}), goals, wall)
+    assert queue.assignments == {"a": "way_on"}
+    run(queue, robots_at({"a": (7, 10)}), goals[:1], wall)
+    assert queue.assignments == {"a": "no_way_on"}
+
+
 def test_two_robots_with_loads_are_at_a_bin_one_after_the_other() -> None:
     queue = TaskQueue()
     robots = [replace(r, carries=f"d{r.name}") for r in robots_at({"a": (2, 10), "b": (12, 10)})]
