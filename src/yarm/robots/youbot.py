@@ -9,7 +9,7 @@ The arm's frame: origin on axis 1, 0.145 m below joint 2; x ahead, z up. The cou
 from __future__ import annotations
 
 import math
-from typing import Tuple
+from typing import Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -76,7 +76,7 @@ def urdf_rates(rates: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def within_limits(q: npt.ArrayLike, tolerance_rad: float = 1e-9) -> npt.NDArray[np.bool_]:
+def within_limits(q: npt.ArrayLike, tolerance_rad: Union[float, FloatArray] = 1e-9) -> npt.NDArray[np.bool_]:
     """Which of the configurations (..., 5), rad, keep every limit; (...)."""
     angles = np.asarray(q, dtype=float)
     inside = (angles >= np.array(LOWER_RAD) - tolerance_rad) & (angles <= np.array(UPPER_RAD) + tolerance_rad)

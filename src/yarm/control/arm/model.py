@@ -13,6 +13,7 @@ from typing import Dict, Optional, Sequence, Tuple
 import numpy as np
 import PyKDL
 
+from yarm.control.arm.errors import ArmError
 from yarm.geometry.grid import FloatArray
 from yarm.geometry.urdf import Joint, JointKind, UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
@@ -33,6 +34,19 @@ class JointLimits:
     lower: FloatArray
     upper: FloatArray
     speed: FloatArray
+
+    def __post_init__(self) -> None:
+        """Refuse limits that no angle keeps.
+
+        Raises:
+            ArmError: not finite, a lower limit that is not under its upper one, or a speed that is not above 0.
+        """
+        for joint, (low, high, speed) in enumerate(zip(self.lower, self.upper, self.speed), start=1):
+            if not (np.all(np.isfinite((low, high, speed))) and low < high and speed > 0.0):
+                raise ArmError(
+                    f"joint {joint}: limits {low:g} to {high:g} rad at {speed:g} rad/s; "
+                    "the lower one must be under the upper one, the speed above 0"
+                )
 
     def contain(self, q: FloatArray) -> bool:
         """Whether every joint (..., 6) is within its limits."""

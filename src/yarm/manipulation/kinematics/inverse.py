@@ -36,6 +36,9 @@ FREE_TOLERANCE = 1e-9
 """Both nearer to axis 1 than this: the plane is free, only joint 1 minus or plus joint 5 counts."""
 TRIAL_PLANES = tuple(math.radians(angle) for angle in (0.0, 60.0, -60.0, 120.0, -120.0))
 LIMIT_TOLERANCE_RAD = 1e-9
+BEND_ERROR_RAD2, MOST_BEND_ERROR_RAD = 1e-14, 1e-7
+"""Joint 3 comes from its cosine: an elbow bent by b is known to 1e-14 / b only, a straight one to 1e-7 rad. So much
+more a joint may be beyond its limit, or a pose held with a straight elbow at a limit would have no answer."""
 STRAIGHT_TOLERANCE_M = 1e-9
 """A wrist point farther out than the straight arm by less counts as reached by it."""
 AXIS_LENGTH_M = 0.3
@@ -64,6 +67,7 @@ class IkAnswer:
         plane_error: how far wrist point (m) or tool axis (its component) is out of the plane of joint 1, the greater.
         reach_error_m: how much farther, or nearer, than joints 2 and 3 reach the wrist point is; 0 within.
         free: joint 1 may stand anywhere; five trial angles were tried.
+        plane_tolerance: how much of ``plane_error`` was allowed.
     """
 
     status: IkStatus
@@ -72,12 +76,16 @@ class IkAnswer:
     plane_error: float
     reach_error_m: float
     free: bool = False
+    plane_tolerance: float = PLANE_TOLERANCE
 
     @property
     def reason(self) -> str:
         """Why there is no solution, with the number and the limit; empty when there is one."""
         if self.status is IkStatus.OUT_OF_PLANE:
-            return f"wrist or tool axis is {self.plane_error:.3g} out of the plane of axis 1; five joints cannot follow"
+            return (
+                f"wrist or tool axis is {self.plane_error:.3g} out of the plane of axis 1, "
+                f"{self.plane_tolerance:.3g} is allowed; five joints cannot follow"
+            )
         if self.status is IkStatus.OUT_OF_REACH:
             low, high = abs(UPPER_ARM_M - FOREARM_M), UPPER_ARM_M + FOREARM_M
             return (
@@ -85,7 +93,13 @@ class IkAnswer:
                 f"({low:.3f} to {high:.3f} m)"
             )
         if self.status is IkStatus.BEYOND_LIMITS:
-            return f"all {len(self.beyond)} configurations leave the joints' limits"
+            nearest = min(self.beyond, key=lambda q: max(_overruns(q)))
+            joint, over = max(enumerate(_overruns(nearest)), key=lambda item: item[1])
+            return (
+                f"all {len(self.beyond)} configurations leave the joints' limits; the nearest has joint {joint + 1} at "
+                f"{math.degrees(nearest[joint]):.1f} deg, {math.degrees(over):.1f} beyond "
+                f"{math.degrees(LOWER_RAD[joint]):.1f} to {math.degrees(UPPER_RAD[joint]):.1f} deg"
+            )
         return ""
 
 
@@ -136,6 +150,7 @@ def solve(rows: List[List[float]], plane_tolerance: float = PLANE_TOLERANCE) -> 
         plane_error,
         0.0 if solutions or beyond or math.isinf(reach_error) else reach_error,
         free,
+        plane_tolerance,
     )
 
 
@@ -150,18 +165,23 @@ def _elbows(q1: float, q5: float, u: float, v: float, t: float, solutions: List[
         cosine = math.copysign(1.0, cosine)
     bend = math.acos(cosine)
     towards = math.atan2(u, v)
+    tolerance = LIMIT_TOLERANCE_RAD + BEND_ERROR_RAD2 / max(bend, BEND_ERROR_RAD2 / MOST_BEND_ERROR_RAD)
     for q3 in (bend, -bend) if bend > 0.0 else (0.0,):
         q2 = _wrapped(towards - math.atan2(FOREARM_M * math.sin(q3), UPPER_ARM_M + FOREARM_M * cosine))
         q: Joints = (q1, q2, q3, _wrapped(t - q2 - q3), q5)
-        (solutions if within(q) else beyond).append(q)
+        (solutions if within(q, tolerance) else beyond).append(q)
     return 0.0
 
 
-def within(q: Joints) -> bool:
+def _overruns(q: Joints) -> List[float]:
+    """How far each joint is beyond its limits, rad; below 0 within."""
+    return [max(low - angle, angle - high) for angle, low, high in zip(q, LOWER_RAD, UPPER_RAD)]
+
+
+def within(q: Joints, tolerance_rad: float = LIMIT_TOLERANCE_RAD) -> bool:
     """Whether one configuration keeps every limit (``youbot.within_limits`` for one, in plain floats)."""
     return all(
-        low - LIMIT_TOLERANCE_RAD <= angle <= high + LIMIT_TOLERANCE_RAD
-        for angle, low, high in zip(q, LOWER_RAD, UPPER_RAD)
+        low - tolerance_rad <= angle <= high + tolerance_rad for angle, low, high in zip(q, LOWER_RAD, UPPER_RAD)
     )
 
 

@@ -11,8 +11,10 @@ from yarm.geometry import BoolArray, FloatArray, IntArray
 from yarm.manipulation.kinematics.forward import KinematicsError
 from yarm.manipulation.kinematics.inverse import (
     AXIS_LENGTH_M,
+    BEND_ERROR_RAD2,
     FREE_TOLERANCE,
     LIMIT_TOLERANCE_RAD,
+    MOST_BEND_ERROR_RAD,
     PLANE_TOLERANCE,
     STRAIGHT_TOLERANCE_M,
     solve,
@@ -83,7 +85,9 @@ def inverse_many(poses: FloatArray, plane_tolerance: float = PLANE_TOLERANCE) ->
     q[:, :, 1:4:2] -= 2.0 * np.pi * np.ceil((q[:, :, 1:4:2] - np.pi) / (2.0 * np.pi))
     q[np.isnan(q[:, :, 2])] = np.nan
     _fill_free(q, poses, np.flatnonzero((wrist < FREE_TOLERANCE) & (tool < FREE_TOLERANCE)))
-    return IkBatch(q, within_limits(q, LIMIT_TOLERANCE_RAD))
+    least_bend = BEND_ERROR_RAD2 / MOST_BEND_ERROR_RAD
+    tolerance = LIMIT_TOLERANCE_RAD + BEND_ERROR_RAD2 / np.maximum(np.abs(q[:, :, 2:3]), least_bend)
+    return IkBatch(q, within_limits(q, tolerance))
 
 
 def nearest_branch(batch: IkBatch, q: FloatArray) -> Tuple[FloatArray, BoolArray]:

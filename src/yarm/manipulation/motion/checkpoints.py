@@ -113,7 +113,11 @@ def checked_checkpoints(checkpoints: Sequence[Checkpoint], where: str) -> Tuple[
             if one.name == other.name:
                 raise CheckpointError(f"{where}: two checkpoints are called {one.name}")
             if np.linalg.norm(error[:3]) < SAME_M and np.linalg.norm(error[3:]) < SAME_RAD:
-                raise CheckpointError(f"{where}: checkpoints {other.name} and {one.name} are the same pose")
+                raise CheckpointError(
+                    f"{where}: checkpoints {other.name} and {one.name} are the same pose, "
+                    f"{np.linalg.norm(error[:3]):.2g} m and {np.linalg.norm(error[3:]):.2g} rad apart; "
+                    f"{SAME_M:g} m or {SAME_RAD:g} rad are needed"
+                )
     return tuple(checkpoints)
 
 

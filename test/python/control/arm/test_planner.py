@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from python.control.arm_samples import arm, planner
 from yarm.control.arm.collision import ArmCollision
 from yarm.control.arm.errors import ArmError
-from yarm.control.arm.model import ArmKinematics, tool_pose
+from yarm.control.arm.model import ArmKinematics, JointLimits, tool_pose
 from yarm.control.arm.motion import along_path, through_corners
 from yarm.control.arm.planner import ArmPlanner
 from yarm.robots.hc10 import Box, station_boxes
@@ -114,6 +114,14 @@ def test_the_same_seed_gives_the_same_paths_in_every_process():
 def test_an_end_that_touches_is_refused_with_pair_and_distance(walled):
     with pytest.raises(ArmError, match=r"goal .* deg: sander and part are -?0\.\d+ m apart"):
         walled.plan(arm().storage, at(-0.25, 0.0, 0.731), 5.0)
+
+
+@pytest.mark.parametrize(("name", "value"), [("lower", 9.0), ("upper", -9.0), ("upper", np.nan), ("speed", 0.0)])
+def test_limits_that_no_angle_keeps_are_refused_with_the_joint(name, value):
+    given = {"lower": LIMITS.lower.copy(), "upper": LIMITS.upper.copy(), "speed": LIMITS.speed.copy()}
+    given[name][2] = value
+    with pytest.raises(ArmError, match=r"joint 3: limits .* rad at .* rad/s; the lower one must be under"):
+        JointLimits(**given)
 
 
 def test_an_end_beyond_the_limits_is_refused(walled):

@@ -132,7 +132,9 @@ def test_no_checkpoints_and_equal_ones_are_refused() -> None:
         checked_checkpoints([], "here")
     with pytest.raises(CheckpointError, match="called a"):
         checked_checkpoints([one, one], "here")
-    with pytest.raises(CheckpointError, match="a and b are the same pose"):
+    with pytest.raises(
+        CheckpointError, match=r"a and b are the same pose, 0 m and 0 rad apart; 0\.0001 m or 0\.001 rad"
+    ):
         checked_checkpoints([one, Checkpoint("b", one.pose)], "here")
 
 
@@ -155,6 +157,10 @@ def test_a_file_with_faults_names_them_all(tmp_path: Path) -> None:
     path.write_text("checkpoints: []\n")
     with pytest.raises(CheckpointError, match="holds 0 checkpoints"):
         load_arm_scene(path)
+    for text in ("", "checkpoints:\n"):
+        path.write_text(text)
+        with pytest.raises(SceneError, match=r"bad\.yaml"):
+            load_arm_scene(path)
 
 
 def test_obstacles_are_moved_sideways_only(tmp_path: Path) -> None:
