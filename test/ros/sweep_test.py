@@ -66,7 +66,7 @@ class SweepTest(unittest.TestCase):
         plan = plan_sweep(RobotSpace(solids, self.view.things()), body, HALF_M, CELL_M)
         report = sweep(self.view, plan, reach, self.drive)
         self.assertEqual(report.reason, "")
-        self.assertEqual(report.left_out, 0)
+        self.assertEqual(report.left_out.tolist(), [])
         self.assertEqual(self.failures, [])
         over = plan.gone_over(report.track)
         self.assertFalse(over[3, 3], "the crate stands there")

@@ -27,6 +27,7 @@ HEADINGS = 4
 """Headings that are tried: the robot's own, and the others evenly spread."""
 OVER_M = 0.10
 """A cell counts as gone over when the body's middle came so near to its centre."""
+MOST_NAMED = 12
 
 
 class SweepError(ValueError):
@@ -126,6 +127,13 @@ def plan_sweep(
             f"from ({start.x:.2f}, {start.y:.2f}) no cell of the floor can be gone to with a heading of {words} deg"
         )
     return best[1]
+
+
+def named_cells(floor: Floor, cells: IntArray) -> str:
+    """Centres of cells (n, 2), metres, in words; the first ``MOST_NAMED`` of many."""
+    shown = [f"({x:.2f}, {y:.2f})" for x, y in floor.centre(cells[:MOST_NAMED]).tolist()] if len(cells) else []
+    more = len(cells) - len(shown)
+    return ", ".join([*shown, f"{more} more"] if more else shown) or "none"
 
 
 def corners(cells: IntArray) -> IntArray:

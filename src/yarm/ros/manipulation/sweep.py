@@ -28,10 +28,10 @@ from tf2_msgs.msg import TFMessage
 
 from yarm.control.actions import MobileAction
 from yarm.experiments.coursework.sweep_picture import draw_sweep
-from yarm.geometry import FloatArray, GridSpec, Pose2, quaternion_from_rpy, transform_matrix
+from yarm.geometry import FloatArray, GridSpec, IntArray, Pose2, quaternion_from_rpy, transform_matrix
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.solids import Solid
-from yarm.manipulation.coverage.sweep import MARGIN_M, RobotSpace, SweepError, SweepPlan, plan_sweep
+from yarm.manipulation.coverage.sweep import MARGIN_M, RobotSpace, SweepError, SweepPlan, named_cells, plan_sweep
 from yarm.msg import MoveRobotAction, MoveRobotGoal, ObjectRegistry, RegisteredObject
 from yarm.ros.common import names
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform, pose_message
@@ -61,11 +61,11 @@ class SweepReport:
     reason: str
 
     @property
-    def left_out(self) -> int:
-        """Reachable cells that were not gone over."""
+    def left_out(self) -> IntArray:
+        """Reachable cells (n, 2) that were not gone over."""
         wanted = np.zeros(self.plan.floor.free.shape, dtype=bool)
         wanted[tuple(self.plan.coverage.cells.T)] = True
-        return int((wanted & ~self.plan.gone_over(self.track)).sum())
+        return np.argwhere(wanted & ~self.plan.gone_over(self.track))
 
 
 class CellView:
@@ -202,8 +202,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return _ended(NO_ANSWER, f"{names.move_robot(chosen.robot)} has no server: is the controls server running?")
     report = sweep(view, plan, reach, lambda target: _drive(client, target))
     picture = draw_sweep(plan, report.track, view.things(), chosen.results / "sweep.png")
-    _say(f"{report.left_out} of {len(plan.coverage.cells)} cells left out; {picture}")
-    return _ended(LEFT_OUT, report.reason) if report.reason else (LEFT_OUT if report.left_out else DONE)
+    left = report.left_out
+    wanted = len({tuple(cell) for cell in plan.coverage.cells.tolist()})
+    _say(f"{len(left)} of {wanted} cells left out: {named_cells(plan.floor, left)}; {picture}")
+    return _ended(LEFT_OUT, report.reason) if report.reason else (LEFT_OUT if len(left) else DONE)
 
 
 def summary(plan: SweepPlan) -> str:
@@ -211,7 +213,8 @@ def summary(plan: SweepPlan) -> str:
     found = plan.coverage
     return (
         f"heading {math.degrees(plan.heading_rad):.0f} deg: {len(found.round)} cells in a closed round, "
-        f"{len(found.loose)} after it, {len(found.unreachable)} out of reach, {len(plan.stops)} stops"
+        f"{len(found.loose)} after it, {len(plan.stops)} stops, {len(found.unreachable)} out of reach: "
+        f"{named_cells(plan.floor, found.unreachable)}"
     )
 
 

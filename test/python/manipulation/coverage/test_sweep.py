@@ -11,7 +11,8 @@ import pytest
 from yarm.experiments.coursework.sweep_picture import draw_sweep
 from yarm.geometry import FloatArray, Pose2, quaternion_from_rpy, transform_matrix
 from yarm.geometry.solids import Shape, Solid, surface_points
-from yarm.manipulation.coverage.sweep import RobotSpace, SweepError, SweepPlan, corners, plan_sweep
+from yarm.manipulation.coverage.floor import Floor
+from yarm.manipulation.coverage.sweep import RobotSpace, SweepError, SweepPlan, corners, named_cells, plan_sweep
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 BODY = Solid(Shape.CYLINDER, (0.3, 0.4), transform_matrix((0.0, 0.0, 0.3), UPRIGHT))
@@ -102,3 +103,10 @@ def test_the_picture_is_drawn(tmp_path: Path) -> None:
     plan = plan_sweep(RobotSpace(ROBOT, (TABLE, MAST)), START, 1.8, 0.4)
     path = draw_sweep(plan, driven(plan, START), (TABLE, MAST), tmp_path / "made" / "sweep.png")
     assert path.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_cells_are_named_by_their_centres_and_many_are_cut_short() -> None:
+    floor = Floor(np.full(2, -1.0), 0.5, np.ones((4, 4), dtype=bool))
+    assert named_cells(floor, np.zeros((0, 2), dtype=int)) == "none"
+    assert named_cells(floor, np.array([(0, 0), (3, 2)])) == "(-0.75, -0.75), (0.75, 0.25)"
+    assert named_cells(floor, np.argwhere(floor.free)).endswith("(0.25, 0.75), 4 more")
