@@ -12,6 +12,7 @@ add_library(yarm_perception
   src/perception/euclidean.cpp
   src/perception/fused_backend.cpp
   src/perception/learned_cloud.cpp
+  src/perception/hands.cpp
   src/perception/object_memory.cpp
   src/perception/occupancy.cpp
   src/perception/original_associator.cpp
@@ -67,6 +68,7 @@ if(CATKIN_ENABLE_TESTING)
   foreach(test
       perception_association_test
       perception_camera_watch_test
+      perception_hands_test
       perception_map_test
       perception_original_test
       perception_unknown_test

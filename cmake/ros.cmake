@@ -59,6 +59,7 @@ if(CATKIN_ENABLE_TESTING)
     src/perception/attachments.cpp
     src/perception/euclidean.cpp
     src/perception/learned_cloud.cpp
+    src/perception/hands.cpp
     src/perception/object_memory.cpp
     src/perception/occupancy.cpp
     src/perception/original_associator.cpp

@@ -1,5 +1,6 @@
 #include "associators.hpp"
 #include "attachments.hpp"
+#include "hands.hpp"
 #include "object_memory.hpp"
 #include "present_set.hpp"
 #include "remainder.hpp"
@@ -26,13 +27,16 @@ class YarmAssociator : public Associator {
     if (set_.calibrating) {
       learn();
     }
+    static const std::set<std::string> kNobodyGrasps;
     writeResult(input.set->stamp_ns);
+    giveLoads(hands_.update(set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps));
     return result_;
   }
 
   void reset() override {
     memory_.clear();
     attachments_.reset();
+    hands_.reset();
     remainder_.reset();
     result_ = {};
   }
@@ -121,6 +125,23 @@ class YarmAssociator : public Associator {
     out.points.clear();
     out.source.clear();
     out.hidden.clear();
+    out.carried.reset();
+  }
+
+  /// What hangs on a hand is the robot's: its points, seen and hidden.
+  void giveLoads(const std::vector<Hands::Load>& loads) {
+    for (const Hands::Load& load : loads) {
+      AssociatedObject& robot = result_.objects[static_cast<std::size_t>(load.robot)];
+      AssociatedObject& piece = result_.objects[static_cast<std::size_t>(load.piece)];
+      robot.points.insert(robot.points.end(), piece.points.begin(), piece.points.end());
+      robot.source.insert(robot.source.end(), piece.source.begin(), piece.source.end());
+      robot.hidden.insert(robot.hidden.end(), piece.hidden.begin(), piece.hidden.end());
+      piece.points.clear();
+      piece.source.clear();
+      piece.hidden.clear();
+      piece.piece.reset();
+      piece.carried = CarriedPiece{robot.name, load.T_tip_piece};
+    }
   }
 
   /// The points of an object where the cameras saw them, not laid onto its known surface.
@@ -173,6 +194,7 @@ class YarmAssociator : public Associator {
   SurfaceExplainer surfaces_;
   Remainder remainder_;
   Attachments attachments_;
+  Hands hands_;
   std::unordered_map<std::string, std::unique_ptr<ObjectMemory>> memory_;
   AssociatedSet result_;
 };

@@ -110,6 +110,37 @@ void ClusterAssoc::onRegistry(const yarm::ObjectRegistryConstPtr& message) {
   }
   frames_.assign(frames.begin(), frames.end());
   links_stalled_ = false;
+  listenToHands(*message);
+}
+
+void ClusterAssoc::listenToHands(const yarm::ObjectRegistry& registry) {
+  std::map<std::string, ros::Subscriber> heard;
+  for (const yarm::RegisteredObject& entry : registry.entries) {
+    if (entry.object != toString(perception::ObjectKind::kMobile) || heard.count(entry.name) > 0) {
+      continue;
+    }
+    const std::string robot = entry.name;
+    const boost::function<void(const std_msgs::BoolConstPtr&)> take =
+        [this, robot](const std_msgs::BoolConstPtr& word) { onGrasping(robot, *word); };
+    const auto old = hands_in_.find(robot);
+    heard[robot] = old != hands_in_.end()
+                       ? old->second
+                       : handle_.subscribe<std_msgs::Bool>(names::grasping(robot), 10, take, {}, promptly());
+  }
+  for (const auto& [robot, subscriber] : hands_in_) {
+    if (heard.count(robot) == 0) {
+      grasping_.erase(robot);
+    }
+  }
+  hands_in_ = std::move(heard);
+}
+
+void ClusterAssoc::onGrasping(const std::string& robot, const std_msgs::Bool& message) {
+  if (message.data != 0) {
+    grasping_.insert(robot);
+  } else {
+    grasping_.erase(robot);
+  }
 }
 
 void ClusterAssoc::onSwitch(const std_msgs::Int8ConstPtr& message) {
@@ -189,6 +220,7 @@ void ClusterAssoc::process(perception::MergedSet& set) {
   input.knowledge = &knowledge_;
   input.links = &links_;
   input.calibrating = calibrating_;
+  input.grasping = &grasping_;
   publishAssociated(associator_->associate(input));
   publishClusters(set);
   if (sets_seen_++ % kWatchEvery == 0) {
@@ -271,6 +303,7 @@ void ClusterAssoc::diagnose() {
   health_.value("sets", processed_);
   health_.value("calibrating", calibrating_ ? "yes" : "no");
   health_.value("registered objects", static_cast<double>(knowledge_.size()));
+  health_.value("hands that hold something", static_cast<double>(grasping_.size()));
   health_.value("seeds silent for, s", silent_s);
   health_.value("sets waiting", static_cast<double>(inbox_.size()));
   health_.send(std::to_string(processed_) + " sets");

@@ -168,6 +168,9 @@ void fillAssociated(const perception::AssociatedSet& set, const perception::Grid
     if (object.piece) {
       cluster.piece = pieceMessage(object.name, *object.piece);
     }
+    if (object.carried) {
+      cluster.carried = carriedMessage(object.name, *object.carried);
+    }
   }
 }
 
@@ -203,6 +206,32 @@ Read<std::optional<perception::PieceView>> readPiece(const yarm::PieceView& mess
   return read;
 }
 
+yarm::CarriedPiece carriedMessage(const std::string& name, const perception::CarriedPiece& carried) {
+  yarm::CarriedPiece message;
+  message.name = name;
+  message.robot = carried.robot;
+  geometry_msgs::Transform at_tip;
+  fillTransform(carried.T_tip_piece, at_tip);
+  message.pose.position.x = at_tip.translation.x;
+  message.pose.position.y = at_tip.translation.y;
+  message.pose.position.z = at_tip.translation.z;
+  message.pose.orientation = at_tip.rotation;
+  return message;
+}
+
+Read<std::optional<perception::CarriedPiece>> readCarried(const yarm::CarriedPiece& message) {
+  Read<std::optional<perception::CarriedPiece>> read;
+  if (message.name.empty()) {
+    return read;
+  }
+  const Read<Eigen::Isometry3d> pose = readPose(message.pose);
+  read.reason = message.robot.empty() ? "carried by a robot without a name" : pose.reason;
+  if (read.ok()) {
+    read.value = perception::CarriedPiece{message.robot, pose.value};
+  }
+  return read;
+}
+
 Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, perception::AssociatedSet& set,
                           perception::GridSpec& grid) {
   Read<bool> read{true, readGrid(message, grid)};
@@ -232,6 +261,11 @@ Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, percepti
       addFault(read.reason, cluster.frame + ": " + piece.reason);
     }
     object.piece = piece.value;
+    const Read<std::optional<perception::CarriedPiece>> carried = readCarried(cluster.carried);
+    if (!carried.ok()) {
+      addFault(read.reason, cluster.frame + ": " + carried.reason);
+    }
+    object.carried = carried.value;
     for (const auto& [cloud, points] :
          {std::make_pair(&cluster.cloudpoints, &object.points), std::make_pair(&cluster.hidden, &object.hidden)}) {
       Read<std::vector<Eigen::Vector3f>> taken = readPoints(*cloud);

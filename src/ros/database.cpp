@@ -176,6 +176,9 @@ void Database::publishMetadata(const perception::OccupancyGrid& grid) {
     if (object.piece) {
       message->pieces.push_back(pieceMessage(object.name, *object.piece));
     }
+    if (object.carried) {
+      message->carried.push_back(carriedMessage(object.name, *object.carried));
+    }
   }
   message->grid.assign(grid.cells.begin(), grid.cells.end());
   message->collisions = cellsOf(grid.spec, grid.collisions);

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Int8
+from std_msgs.msg import Bool, Int8
 from tf2_msgs.msg import TFMessage
 from yarm.msg import MapMetaData, ObjectRegistry, TransformStampedVector
 
@@ -39,6 +39,7 @@ class Listener:
         prefix = f"{space}/" if space else ""
         self.registry = rospy.Publisher(prefix + names.OBJECT_REGISTRY, ObjectRegistry, queue_size=10, latch=True)
         self.switch = rospy.Publisher(prefix + names.STATIC_ASSOCIATION_SWITCH, Int8, queue_size=10, latch=True)
+        self._prefix, self._hands = prefix, {}
         self.clouds = [
             rospy.Publisher(prefix + names.camera_points(c), PointCloud2, queue_size=10) for c in golden.CAMERAS
         ]
@@ -60,6 +61,17 @@ class Listener:
         self.switch.publish(Int8(0 if calibrating else 1))
         wanted = {"calibrating": "yes" if calibrating else "no", "registered objects": f"{len(registry.entries):.3f}"}
         wait_for(lambda: wanted.items() <= self._association.items(), f"{wanted} in '{self.space}'")
+
+    def tell_hand(self, robot: str, grasping: bool) -> None:
+        """Say whether something hangs on a robot's hand, and wait until the association says that it has heard."""
+        if robot not in self._hands:
+            topic = self._prefix + names.gripper(robot, "grasping")
+            self._hands[robot] = rospy.Publisher(topic, Bool, queue_size=10, latch=True)
+        self._hands[robot].publish(Bool(grasping))
+        told = f"{float(grasping):.3f}"
+        wait_for(
+            lambda: self._association.get("hands that hold something") == told, f"{robot}'s hand in '{self.space}'"
+        )
 
     def metadata(self, stamp_ns: int) -> MapMetaData:
         """The metadata of a capture time, waited for."""
@@ -99,20 +111,24 @@ class Player:
         height, width = recording.sets[0].depth.shape[1:]
         self._raw = [RawCloud(names.camera_optical_frame(c), height, width, 16) for c in golden.CAMERAS]
 
-    def play(self) -> List[List[MapMetaData]]:
-        """Metadata of every set, by namespace."""
+    def play(self, before: Callable[[int, Listener], None] = lambda number, listener: None) -> List[List[MapMetaData]]:
+        """Metadata of every set, by namespace; ``before`` is called with each set's number and each listener."""
         self._tf_static.publish(golden.from_bytes(TFMessage, self._recording.fixed_frames))
         for listener in self._listeners:
             wait_for(listener.ready, f"perception in '{listener.space}'")
         wait_for(lambda: self._tf.get_num_connections() >= 2 * len(self._listeners), "listeners to /tf")
-        return [list(row) for row in zip(*[self._step(golden_set) for golden_set in self._recording.sets])]
+        found = []
+        for number, golden_set in enumerate(self._recording.sets):
+            for listener in self._listeners:
+                listener.tell(golden.from_bytes(ObjectRegistry, golden_set.registry), golden_set.calibrating)
+                before(number, listener)
+            found.append(self._step(golden_set))
+        return [list(row) for row in zip(*found)]
 
     def _step(self, golden_set: golden.GoldenSet) -> List[MapMetaData]:
         stamp = rospy.Time(golden_set.stamp_ns // 10**9, golden_set.stamp_ns % 10**9)
         registry = golden.from_bytes(ObjectRegistry, golden_set.registry)
         frames = golden.from_bytes(TFMessage, golden_set.frames)
-        for listener in self._listeners:
-            listener.tell(registry, golden_set.calibrating)
         self._clock.publish(Clock(stamp))
         self._tf.publish(TFMessage([self._at(stamp, t) for t in frames.transforms]))
         for listener in self._listeners:

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
+from yarm.msg import CarriedPiece as CarriedMessage
 from yarm.msg import GridIndex, GridIndexVector, MapMetaData, PieceView
 
-from yarm.geometry import SeenPiece, quaternion_from_rpy, rotation_of_quaternion, transform_matrix
+from yarm.geometry import CarriedPiece, SeenPiece, quaternion_from_rpy, rotation_of_quaternion, transform_matrix
 from yarm.ros.commander.reports import exact_time
 from yarm.ros.common.conversions import (
     matrix_of_pose,
@@ -84,6 +85,28 @@ def test_what_is_seen_of_debris_is_read_after_the_collisions():
     found = parse_map_metadata(serialised(metadata(pieces=[seen], collisions=[GridIndex(0, 1, 2)])))
     assert found.objects["böx"].piece == SeenPiece(42, (0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
     assert found.objects["ankurbot_1"].piece is None
+
+
+def test_what_is_carried_is_read_after_the_pieces():
+    pose = Pose(Point(0.01, -0.02, -0.1), Quaternion(0.0, 0.0, 1.0, 0.0))
+    seen = PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
+    how = [CarriedMessage("böx", "ankurbot_1", pose)]
+    found = parse_map_metadata(serialised(metadata(carried=how, pieces=[seen])))
+    assert found.objects["böx"].carried == CarriedPiece("ankurbot_1", (0.01, -0.02, -0.1), (0.0, 0.0, 1.0, 0.0))
+    assert found.objects["ankurbot_1"].carried is None
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        (CarriedMessage("nobody", "ankurbot_1", Pose()), "'nobody' is not on the map"),
+        (CarriedMessage("böx", "nobody", Pose()), "'nobody' is not on the map"),
+        (CarriedMessage("böx", "ankurbot_1", Pose(Point(math.nan, 0.0, 0.0), Quaternion())), "böx is carried must be"),
+    ],
+)
+def test_a_load_that_makes_no_sense_is_refused(how, words):
+    with pytest.raises(ValueError, match=words):
+        parse_map_metadata(serialised(metadata(carried=[how])))
 
 
 @pytest.mark.parametrize(

@@ -141,6 +141,9 @@ def differences(expected: Any, got: Any) -> List[str]:
                 found.append(f"{name}: {len(cells_a - cells_b)} cells lost, {len(cells_b - cells_a)} cells new")
         if bytes(bytearray(x & 255 for x in expected.grid)) != bytes(bytearray(x & 255 for x in got.grid)):
             found.append("grid")
+        carried_a, carried_b = ({c.name: c.robot for c in m.carried} for m in (expected, got))
+        if carried_a != carried_b:
+            found.append(f"carried: {carried_a} expected, {carried_b} found")
     return found + _piece_differences(expected, got)
 
 

@@ -22,6 +22,7 @@ def _library() -> ctypes.CDLL:
     for name in ("yarm_chain_new", "yarm_factory_new"):
         getattr(library, name).restype = ctypes.c_void_p
     library.yarm_chain_name.restype = ctypes.c_char_p
+    library.yarm_chain_carrier.restype = ctypes.c_char_p
     return library
 
 
@@ -99,11 +100,19 @@ class KnownBody:
 
 @dataclass(frozen=True)
 class ChainMap:
-    """The map of one set: grid (50, 50, 20) of 0, 1, 2, the cells (n, 3) of each object, the debris seen; by name."""
+    """The map of one set.
+
+    Attributes:
+        grid: (50, 50, 20) of 0, 1, 2.
+        cells: (n, 3) of each object, by name.
+        pieces: the debris that is seen, by name.
+        carriers: robot that carries a piece, by the piece's name.
+    """
 
     grid: npt.NDArray[np.int8]
     cells: Dict[str, npt.NDArray[np.int64]]
     pieces: Dict[str, SeenPiece] = field(default_factory=dict)
+    carriers: Dict[str, str] = field(default_factory=dict)
 
 
 class PerceptionChain:
@@ -129,6 +138,7 @@ class PerceptionChain:
         frames: Dict[str, npt.ArrayLike],
         calibrating: bool,
         stamp_ns: int = 0,
+        grasping: Sequence[str] = (),
     ) -> ChainMap:
         """One set.
 
@@ -139,18 +149,23 @@ class PerceptionChain:
             frames: T_world_frame (4, 4) of their frames.
             calibrating: whether the Commander calibrates.
             stamp_ns: capture time.
+            grasping: robots that say that something hangs on their hand.
         """
         library, handle = self._library, self._handle
         kept = self._begin(clouds, camera_poses, stamp_ns)
         for body in bodies:
             self._add(body, frames)
+        for robot in grasping:
+            library.yarm_chain_grasping(handle, robot.encode())
         count = library.yarm_chain_run(handle, int(calibrating))
         del kept
         grid = np.empty(GRID, np.int8)
         library.yarm_chain_grid(handle, _pointer(grid))
         names = [library.yarm_chain_name(handle, i).decode() for i in range(count)]
         pieces = {name: piece for i, name in enumerate(names) for piece in [self._piece(i)] if piece is not None}
-        return ChainMap(grid, {name: self._cells(i) for i, name in enumerate(names)}, pieces)
+        carriers = {name: library.yarm_chain_carrier(handle, i).decode() for i, name in enumerate(names)}
+        cells = {name: self._cells(i) for i, name in enumerate(names)}
+        return ChainMap(grid, cells, pieces, {name: robot for name, robot in carriers.items() if robot})
 
     def watch(
         self,

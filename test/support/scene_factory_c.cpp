@@ -10,6 +10,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <set>
 #include <string>
 
 namespace {
@@ -38,6 +39,7 @@ struct Chain {
   pc::Knowledge knowledge;
   pc::LinkPoses links;
   std::vector<pc::CameraCloud> clouds;
+  std::set<std::string> grasping;
   const pc::AssociatedSet* result{nullptr};
   const pc::OccupancyGrid* grid{nullptr};
 };
@@ -66,6 +68,7 @@ void yarm_chain_begin(void* chain) {
   c->seeds.clear();
   c->knowledge.clear();
   c->links.clear();
+  c->grasping.clear();
 }
 
 /// Adds a camera: 16-byte points in its optical frame; T_world_camera is row-major 4 x 4. The data must live until
@@ -112,12 +115,18 @@ void yarm_chain_solid(void* chain, const char* name, const char* frame, int shap
   static_cast<Chain*>(chain)->knowledge[name].solids.push_back(solid);
 }
 
+/// Says that something hangs on a robot's hand.
+void yarm_chain_grasping(void* chain, const char* robot) {
+  static_cast<Chain*>(chain)->grasping.insert(robot);
+}
+
 /// Processes the set; returns the number of objects in the map.
 int yarm_chain_run(void* chain, int calibrating) {
   auto* c = static_cast<Chain*>(chain);
   c->merge->merge(c->clouds, c->set);
   c->merge->cluster(c->set);
-  c->result = &c->association->associate({&c->set, &c->seeds, &c->knowledge, &c->links, calibrating != 0});
+  c->result =
+      &c->association->associate({&c->set, &c->seeds, &c->knowledge, &c->links, calibrating != 0, &c->grasping});
   c->grid = &c->builder.build(*c->result);
   return static_cast<int>(c->result->objects.size());
 }
@@ -169,6 +178,12 @@ int yarm_chain_piece(void* chain, int object, double* out) {
   out[5] = piece->length;
   out[6] = piece->width;
   return 1;
+}
+
+/// Name of the robot that carries an object; empty for none. Valid until the next run.
+const char* yarm_chain_carrier(void* chain, int object) {
+  const auto& carried = static_cast<Chain*>(chain)->result->objects[static_cast<std::size_t>(object)].carried;
+  return carried ? carried->robot.c_str() : "";
 }
 
 /// Number of points in the box.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import List
+from dataclasses import replace
+from typing import List, Optional, Tuple
 
 from support.perception_chain import ChainMap, KnownBody, KnownSolid, PerceptionChain
 from yarm.sim.engine.bodies import Body, FramedSolid
@@ -34,9 +35,19 @@ def known_solid(item: FramedSolid) -> KnownSolid:
 class SimulatedCell:
     """A simulated scene, its cameras and the perception chain."""
 
-    def __init__(self, scene: str) -> None:
-        """Load it; noise is on."""
-        self.world = SimWorld(load_scene(scene))
+    def __init__(self, scene: str, hands: bool = False, start: Optional[Tuple[float, float]] = None) -> None:
+        """Load it; noise is on.
+
+        Args:
+            scene: a shipped one.
+            hands: its mobile robots carry a hand.
+            start: middle of its first robot, x, y, metres, in place of the scene's.
+        """
+        loaded = load_scene(scene)
+        if start is not None:
+            first = replace(loaded.robots[0], x=start[0], y=start[1])
+            loaded = replace(loaded, robots=(first, *loaded.robots[1:]))
+        self.world = SimWorld(loaded, hands=hands)
         self.eyes = Eyes(self.world.scene.seed, noise=True)
         self.chain = PerceptionChain()
         self.frame = 0
@@ -68,8 +79,9 @@ class SimulatedCell:
     def next_set(self, calibrating: bool) -> ChainMap:
         """Simulate up to the next camera set and perceive it."""
         clouds, poses = self.next_clouds(), dict(self.world.transforms())
+        grasping = [name for name, hand in self.world.hands.items() if hand.grasping]
         return self.chain.process(
-            clouds, self.eyes.overhead_poses, self.bodies(), poses, calibrating, self.world.time_ns
+            clouds, self.eyes.overhead_poses, self.bodies(), poses, calibrating, self.world.time_ns, grasping
         )
 
     def close(self) -> None:

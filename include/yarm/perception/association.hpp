@@ -4,6 +4,7 @@
 #include "yarm/perception/types.hpp"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,12 @@ struct AssociationParams {
 
 /// Everything one set is associated from.
 struct AssociationInput {
-  const MergedSet* set{nullptr};            ///< points, voxels, clusters
-  const std::vector<Seed>* seeds{nullptr};  ///< all registered objects at the capture time
-  const Knowledge* knowledge{nullptr};      ///< known shapes by object name
-  const LinkPoses* links{nullptr};          ///< world <- tf frame at the capture time
-  bool calibrating{false};                  ///< true while the Commander calibrates
+  const MergedSet* set{nullptr};                   ///< points, voxels, clusters
+  const std::vector<Seed>* seeds{nullptr};         ///< all registered objects at the capture time
+  const Knowledge* knowledge{nullptr};             ///< known shapes by object name
+  const LinkPoses* links{nullptr};                 ///< world <- tf frame at the capture time
+  bool calibrating{false};                         ///< true while the Commander calibrates
+  const std::set<std::string>* grasping{nullptr};  ///< mobile robots that say that something hangs on their hand
 };
 
 /// Gives each point of a set to an object. Keeps a memory of the objects: one instance a cell, not thread safe.

@@ -146,6 +146,12 @@ struct PieceView {
   double width{0.0};                   ///< extent across it, metres
 };
 
+/// How a piece of debris hangs on a robot's hand.
+struct CarriedPiece {
+  std::string robot;                                             ///< that carries it
+  Eigen::Isometry3d T_tip_piece{Eigen::Isometry3d::Identity()};  ///< its seed in the frame of the robot's seed
+};
+
 /// One object with the points that are its own.
 struct AssociatedObject {
   std::string name;                          ///< unique name; "unknown_<n>" for things nobody registered
@@ -162,6 +168,7 @@ struct AssociatedObject {
   std::vector<std::string> attached_to;  ///< objects this one rests on or is bolted to: sharing cells with them is no
                                          ///< collision, and the shared cells are this object's
   std::optional<PieceView> piece;        ///< of debris whose points were seen: where a hand would take it
+  std::optional<CarriedPiece> carried;   ///< of debris on a robot's hand: its points are among the robot's, not here
 };
 
 /// The result of one association.

@@ -14,10 +14,13 @@
 
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/Bool.h>
 #include <std_msgs/Int8.h>
 
 #include <deque>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,8 +32,8 @@ struct AssociatedFrame {
   perception::GridSpec grid;
 };
 
-/// In: merged_points, seed_transforms, object_registry, static_association_switch, /tf. Out: cloud_clusters,
-/// associated_clusters, /diagnostics.
+/// In: merged_points, seed_transforms, object_registry, static_association_switch, <robot>/gripper/grasping, /tf. Out:
+/// cloud_clusters, associated_clusters, /diagnostics.
 class ClusterAssoc : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
@@ -52,6 +55,9 @@ class ClusterAssoc : public PolledNode {
   void refuseSeeds(const std::string& sender, const std::string& reason);
   void onRegistry(const yarm::ObjectRegistryConstPtr& message);
   void onSwitch(const std_msgs::Int8ConstPtr& message);
+  /// Listens to the hand of each mobile robot of the registry, and to no others.
+  void listenToHands(const yarm::ObjectRegistry& registry);
+  void onGrasping(const std::string& robot, const std_msgs::Bool& message);
   /// Starts afresh when the stamp shows that the simulator was started again.
   void noticeRestart(perception::StampNs stamp_ns);
   /// Whether everything a set needs is there, or has been waited for long enough.
@@ -77,6 +83,8 @@ class ClusterAssoc : public PolledNode {
   perception::Knowledge knowledge_;
   std::vector<std::string> frames_;  ///< tf frames of all known links
   perception::LinkPoses links_;
+  std::map<std::string, ros::Subscriber> hands_in_;  ///< by mobile robot
+  std::set<std::string> grasping_;                   ///< mobile robots that say that their hand holds something
   bool calibrating_ = true;
   bool registered_ = false;
   bool seeds_stalled_ = false;     ///< the last wait for seeds was in vain: no waiting until one comes

@@ -9,6 +9,7 @@
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <yarm/AssociatedClusterVector.h>
+#include <yarm/CarriedPiece.h>
 #include <yarm/CloudVector.h>
 #include <yarm/ObjectRegistry.h>
 #include <yarm/PieceView.h>
@@ -64,6 +65,11 @@ Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, percepti
 yarm::PieceView pieceMessage(const std::string& name, const perception::PieceView& view);
 /// The same read back; empty when the message says of no points, refused when its numbers are not finite.
 Read<std::optional<perception::PieceView>> readPiece(const yarm::PieceView& message);
+
+/// How a piece of debris hangs on a robot's hand, with the piece's name.
+yarm::CarriedPiece carriedMessage(const std::string& name, const perception::CarriedPiece& carried);
+/// The same read back; empty when the message names no piece, refused without a robot or with an absurd pose.
+Read<std::optional<perception::CarriedPiece>> readCarried(const yarm::CarriedPiece& message);
 
 /// Seeds of one message. Entries that make no sense are left out and named in the reason.
 Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector& message);

@@ -42,4 +42,9 @@ inline std::string cameraOpticalFrame(int camera) {
   return "mapping_camera_" + std::to_string(camera) + "_depth_optical_frame";
 }
 
+/// Whether something hangs on the hand of a mobile robot.
+inline std::string grasping(const std::string& robot) {
+  return robot + "/gripper/grasping";
+}
+
 }  // namespace yarm::names

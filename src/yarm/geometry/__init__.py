@@ -1,6 +1,6 @@
 """Grid, poses, masks and column images; NumPy only."""
 
-from yarm.geometry.cell_map import CellMap, MappedObject, SeenPiece
+from yarm.geometry.cell_map import CarriedPiece, CellMap, MappedObject, SeenPiece
 from yarm.geometry.columns import (
     ColumnImage,
     cells_from_columns,
@@ -26,6 +26,7 @@ from yarm.geometry.poses import (
 
 __all__ = [
     "BoolArray",
+    "CarriedPiece",
     "CellMap",
     "ColumnImage",
     "FloatArray",

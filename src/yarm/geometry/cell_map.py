@@ -30,6 +30,21 @@ class SeenPiece:
     width_m: float
 
 
+@dataclass(frozen=True)
+class CarriedPiece:
+    """How a piece of debris hangs on a robot's hand.
+
+    Attributes:
+        robot: that carries it.
+        position_m: of the piece's seed in the frame of the robot's end effector, metres.
+        quaternion: its orientation there, x, y, z, w.
+    """
+
+    robot: str
+    position_m: Tuple[float, float, float]
+    quaternion: Tuple[float, float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class MappedObject:
     """One object of the live grid.
@@ -40,8 +55,9 @@ class MappedObject:
         uid: number, unique for the life of the perception process.
         position_m: seed (a robot's end effector), metres, world.
         quaternion: seed orientation x, y, z, w.
-        cells: (n, 3) its cells; none for a target.
+        cells: (n, 3) its cells; none for a target and for what is carried: a robot's load is among the robot's cells.
         piece: what is seen of it, of debris; None for anything else, and for debris that is not seen.
+        carried: how it hangs on a robot's hand, of debris; None for what does not.
     """
 
     name: str
@@ -51,6 +67,7 @@ class MappedObject:
     quaternion: Tuple[float, float, float, float]
     cells: IntArray
     piece: Optional[SeenPiece] = None
+    carried: Optional[CarriedPiece] = None
 
 
 @dataclass(frozen=True, eq=False)

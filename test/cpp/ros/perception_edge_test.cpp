@@ -157,6 +157,8 @@ TEST(Associated, comesBackAsItWas) {
   object.points = {{0.1F, 0.2F, 0.3F}};
   object.hidden = {{0.4F, 0.5F, 0.6F}, {0.7F, 0.8F, 0.9F}};
   object.attached_to = {"table"};
+  object.piece = pc::PieceView{12, {0.1, 0.2, 0.77}, 0.4, 0.15, 0.06};
+  object.carried = pc::CarriedPiece{"ankurbot_1", Eigen::Isometry3d(Eigen::Translation3d(0.01, 0.02, -0.1))};
   set.objects = {object};
   pc::GridSpec grid;
   grid.size = {10, 20, 30};
@@ -178,6 +180,45 @@ TEST(Associated, comesBackAsItWas) {
   EXPECT_EQ(b.points, object.points);
   EXPECT_EQ(b.hidden, object.hidden);
   EXPECT_EQ(b.attached_to, object.attached_to);
+  ASSERT_TRUE(b.piece);
+  EXPECT_EQ(b.piece->points, 12U);
+  EXPECT_EQ(b.piece->top, object.piece->top);
+  EXPECT_EQ(b.piece->axis_rad, 0.4);
+  EXPECT_EQ(b.piece->length, 0.15);
+  EXPECT_EQ(b.piece->width, 0.06);
+  ASSERT_TRUE(b.carried);
+  EXPECT_EQ(b.carried->robot, "ankurbot_1");
+  EXPECT_TRUE(b.carried->T_tip_piece.isApprox(object.carried->T_tip_piece, 1e-12));
+}
+
+TEST(Associated, whatIsNoPieceOfDebrisStaysSo) {
+  pc::AssociatedSet set;
+  set.objects.resize(1);
+  set.objects[0].name = "table";
+  yarm::AssociatedClusterVector message;
+  yarm::fillAssociated(set, {}, message);
+  pc::AssociatedSet back;
+  back.objects.resize(1);
+  back.objects[0].piece = pc::PieceView{};
+  back.objects[0].carried = pc::CarriedPiece{};
+  pc::GridSpec grid;
+  ASSERT_TRUE(yarm::readAssociated(message, back, grid).ok());
+  EXPECT_FALSE(back.objects[0].piece);
+  EXPECT_FALSE(back.objects[0].carried);
+}
+
+TEST(Associated, aPieceWithAbsurdNumbersIsRefused) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  pc::PieceView view{12, {0.1, 0.2, 0.77}, 0.4, 0.15, 0.06};
+  EXPECT_TRUE(yarm::readPiece(yarm::pieceMessage("debris_1", view)).ok());
+  view.axis_rad = nan;
+  EXPECT_FALSE(yarm::readPiece(yarm::pieceMessage("debris_1", view)).ok());
+  pc::CarriedPiece carried{"ankurbot_1", Eigen::Isometry3d::Identity()};
+  EXPECT_TRUE(yarm::readCarried(yarm::carriedMessage("debris_1", carried)).ok());
+  carried.T_tip_piece.translation().x() = nan;
+  EXPECT_FALSE(yarm::readCarried(yarm::carriedMessage("debris_1", carried)).ok());
+  carried = {"", Eigen::Isometry3d::Identity()};
+  EXPECT_FALSE(yarm::readCarried(yarm::carriedMessage("debris_1", carried)).ok());
 }
 
 TEST(Associated, whatNobodyRegisteredIsToldByAFieldNotByItsName) {

@@ -334,7 +334,7 @@ HAND_TOPICS: Tuple[Topic, ...] = (
         names.gripper("{robot}", "grasping"),
         "std_msgs/Bool",
         SIM,
-        f"{CONTROLS}, {COMMANDER} with removal: bin",
+        f"cluster_assoc, {CONTROLS}, {COMMANDER} with removal: bin",
         "on change",
         latched=True,
         queue=10,

@@ -14,6 +14,7 @@ import rospy
 from geometry_msgs.msg import Pose, Transform
 
 from yarm.geometry import (
+    CarriedPiece,
     CellMap,
     FloatArray,
     GridSpec,
@@ -92,17 +93,32 @@ def _parse(reader: _Reader) -> CellMap:
     grid = reader.array("i1", reader.count())
     reader.array("<i4", 3 * reader.count())
     pieces = dict(_piece(reader) for _ in range(reader.count()))
+    carried = dict(_carried(reader) for _ in range(reader.count()))
     if not len(names_) == len(uids) == len(kinds) == len(poses) == len(cells):
         raise ValueError("the arrays of objects differ in length")
     if len(grid) != spec.n_cells:
         raise ValueError(f"the grid has {len(grid)} values, its shape {spec.shape} needs {spec.n_cells}")
     _check_contents(spec, names_, cells, grid)
     _check_pieces(names_, pieces)
+    _check_carried(names_, carried)
     objects: Dict[str, MappedObject] = {
-        name: MappedObject(name, kind, int(uid), pose[:3], pose[3:], own, pieces.get(name))  # type: ignore[arg-type]
+        name: _mapped(name, kind, int(uid), pose, own, pieces.get(name), carried.get(name))
         for name, kind, uid, pose, own in zip(names_, kinds, uids, poses, cells)
     }
     return CellMap(stamp_s, spec, grid.reshape(spec.shape), objects)  # type: ignore[arg-type]
+
+
+def _mapped(
+    name: str,
+    kind: str,
+    uid: int,
+    pose: Tuple[float, ...],
+    cells: npt.NDArray[np.int64],
+    piece: Optional[SeenPiece],
+    carried: Optional[CarriedPiece],
+) -> MappedObject:
+    x, y, z, qx, qy, qz, qw = pose
+    return MappedObject(name, kind, uid, (x, y, z), (qx, qy, qz, qw), cells, piece, carried)
 
 
 def _check_contents(
@@ -141,6 +157,26 @@ def _piece(reader: _Reader) -> Tuple[str, SeenPiece]:
     points = int(reader.unpack("i")[0])
     x, y, z, axis_rad, length_m, width_m = reader.unpack("6d")
     return name, SeenPiece(points, (x, y, z), axis_rad, length_m, width_m)
+
+
+def _check_carried(object_names: List[str], carried: Dict[str, CarriedPiece]) -> None:
+    """Refuse what is carried and not on the map, robots that are not, and poses that are not finite.
+
+    Raises:
+        ValueError: the first fault.
+    """
+    for name, how in carried.items():
+        for needed in (name, how.robot):
+            if needed not in object_names:
+                raise ValueError(f"{name!r} is carried by {how.robot!r}, and {needed!r} is not on the map")
+        if not np.isfinite((*how.position_m, *how.quaternion)).all():
+            raise ValueError(f"how {name} is carried must be finite numbers, not {how}")
+
+
+def _carried(reader: _Reader) -> Tuple[str, CarriedPiece]:
+    name, robot = reader.text(), reader.text()
+    x, y, z, qx, qy, qz, qw = reader.unpack("7d")
+    return name, CarriedPiece(robot, (x, y, z), (qx, qy, qz, qw))
 
 
 def _cells(reader: _Reader) -> npt.NDArray[np.int64]:
