@@ -34,6 +34,7 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
     ],
     "kinematics": [[PYTHON, "bench/kinematics.py", "--page", "bench/kinematics.md"]],
     "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
+    "pieces": [[PYTHON, "bench/pieces.py"]],
     "hand_picks": [[PYTHON, "bench/hand_picks.py"]],
     "missions": [[PYTHON, "bench/missions.py", "--seeds", "20"]],
     "person": [[PYTHON, "bench/person.py", "--seeds", "3"]],
