@@ -29,7 +29,7 @@ from yarm.manipulation.obstacles.ways import MARGIN_M, Variant, plan_ways
 from yarm.resources import resource
 
 ROWS = Path(__file__).resolve().parent / "data" / "arm_obstacles.csv"
-VALUES = ("reached", "wanted", "touches", "simulated_s", "planning_s", "tracking_rad", "reason")
+VALUES = ("reached", "wanted", "touches", "simulated_s", "planning_s", "tracking_rad")
 
 
 def main() -> int:
@@ -49,7 +49,7 @@ def main() -> int:
     return 0
 
 
-def measured(variant: Variant, seed: int) -> Dict[str, object]:
+def measured(variant: Variant, seed: int) -> Dict[str, float]:
     """One method on one seed."""
     scene = load_arm_scene(resource("scenes", "manipulation", "arm_obstacles.yaml"))
     obstacles = tuple(moved_obstacles(scene.obstacles, np.random.default_rng(seed), SPREAD_M))
@@ -59,7 +59,8 @@ def measured(variant: Variant, seed: int) -> Dict[str, object]:
     ways = plan_ways(scene, variant, seed)
     planned = time.process_time() - begun
     played = play_task(scene, ways)
-    print(f"{variant.value} {seed}: {played.reached} reached, {played.touches} touches", flush=True)
+    missed = "; ".join(f"{leg.goal}: {leg.reason}" for leg in played.legs if not leg.reached)
+    print(f"{variant.value} {seed}: {played.reached} reached, {played.touches} touches; {missed}", flush=True)
     return {
         "reached": played.reached,
         "wanted": len(scene.checkpoints),
@@ -67,7 +68,6 @@ def measured(variant: Variant, seed: int) -> Dict[str, object]:
         "simulated_s": round(played.duration_s, 2),
         "planning_s": round(planned, 3),
         "tracking_rad": round(played.tracking_rad, 4),
-        "reason": next((leg.reason for leg in played.legs if not leg.reached), ""),
     }
 
 
@@ -78,7 +78,7 @@ def summary(rows: List[Dict[str, str]]) -> str:
         own = [row for row in rows if row["method"] == variant.value]
         if not own:
             continue
-        column = {name: np.array([float(row[name]) for row in own]) for name in VALUES if name != "reason"}
+        column = {name: np.array([float(row[name]) for row in own]) for name in VALUES}
         whole = int(np.sum((column["reached"] == column["wanted"]) & (column["touches"] == 0)))
         lines.append(
             (

@@ -10,13 +10,16 @@ from typing import Callable, List, Optional, Sequence
 
 import yaml
 
+from yarm.experiments.coursework.clearing import clearing, draw_clearing
 from yarm.experiments.coursework.pictures import draw_coverage, draw_obstacles, draw_tour
 from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
 from yarm.experiments.run.tables import text_table
+from yarm.manipulation.clearing.mission import MissionError
 from yarm.manipulation.motion.checkpoints import ArmScene, CheckpointError, load_arm_scene
 from yarm.manipulation.motion.tour import TourError
 from yarm.manipulation.motion.trajectory import Trajectory, TrajectoryError
 from yarm.resources import resource
+from yarm.sim.scenes.youbot_floor import FloorScene, load_floor_scene
 from yarm.yaml_fields import SceneError
 
 Log = Callable[[str], None]
@@ -28,7 +31,7 @@ def parser() -> argparse.ArgumentParser:
     """Options of the command."""
     options = argparse.ArgumentParser(
         prog="coursework",
-        description="The youBot arm coursework: kinematics, tours, obstacles, coverage (exit code 0).",
+        description="The youBot coursework: kinematics, tours, obstacles, coverage, a floor cleared (exit code 0).",
     )
     options.add_argument(
         "--seed", type=int, default=3, help="of poses, planner and the obstacles' places; 0: as in the file"
@@ -36,6 +39,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--results", type=Path, default=Path("results"), help="folder for coursework/<seed>/")
     options.add_argument("--checkpoints", type=Path, help="scene or bag for the tour; the shipped scene by default")
     options.add_argument("--obstacles", type=Path, help="scene for the obstacle task; the shipped one by default")
+    options.add_argument("--floor", type=Path, help="scene of the youBot's floor; the shipped one by default")
     return options
 
 
@@ -58,26 +62,34 @@ def main(arguments: Optional[Sequence[str]] = None, load: Load = load_arm_scene,
             load(given or resource("scenes", "manipulation", name))
             for given, name in ((options.checkpoints, "checkpoints.yaml"), (options.obstacles, "arm_obstacles.yaml"))
         ]
+        youbot = load_floor_scene(options.floor or resource("scenes", "manipulation", "youbot_floor.yaml"))
     except (SceneError, CheckpointError) as error:
         sys.stderr.write(f"coursework: {error}\n")
         return 2
     try:
         folder = options.results / "coursework" / str(options.seed)
-        results = run(scenes[0], scenes[1], options.seed, folder, say, save)
-    except (TourError, TrajectoryError) as error:
+        results = run(scenes[0], scenes[1], youbot, options.seed, folder, say, save)
+    except (TourError, TrajectoryError, MissionError) as error:
         sys.stderr.write(f"coursework: {error}\n")
         return 1
     return 1 if any(result.faults for result in results) else 0
 
 
 def run(
-    tour_scene: ArmScene, obstacle_scene: ArmScene, seed: int, folder: Path, say: Log, save: Optional[Save] = None
+    tour_scene: ArmScene,
+    obstacle_scene: ArmScene,
+    youbot_scene: FloorScene,
+    seed: int,
+    folder: Path,
+    say: Log,
+    save: Optional[Save] = None,
 ) -> List[TaskResult]:
     """Run every task, draw its pictures and write ``summary.yaml``.
 
     Args:
         tour_scene: checkpoints of the tour.
         obstacle_scene: the obstacle task.
+        youbot_scene: the floor that the youBot clears.
         seed: see the option.
         folder: where results go.
         say: is told what is done, line by line.
@@ -86,6 +98,7 @@ def run(
     Raises:
         TourError: nothing of a scene can be reached.
         TrajectoryError: the tour cannot be timed.
+        MissionError: the youBot cannot begin.
     """
     folder.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
@@ -107,7 +120,10 @@ def run(
     progress("the cell's floor")
     floor = floors()
     pictures.append(draw_coverage(floor, folder / "coverage.png"))
-    results += [tour.task, among.task, floor.task]
+    progress(f"the youBot clears {len(youbot_scene.debris)} pieces from its floor, in physics")
+    cleared = clearing(youbot_scene, seed, say)
+    pictures.append(draw_clearing(cleared, folder / "clearing.png"))
+    results += [tour.task, among.task, floor.task, cleared.task]
     for result in results:
         say(f"\n{result.title}")
         say(text_table(result.header, result.rows))

@@ -26,6 +26,10 @@ from yarm.robots.youbot import N_JOINTS, Joints
 
 GRIP_M = (-0.015, 0.0, 0.02)
 """Where the cup takes a piece: on the flat middle of its grip, in the piece's frame."""
+GRIP_UNDER_M = (0.0, 0.0, -0.02)
+"""The same when it lies upside down: the middle of its plate."""
+FLAT = 0.9
+"""Least cosine between a piece's z axis and the vertical at which it counts as lying flat."""
 PIECE_M = (0.15, 0.06, 0.04)
 LOAD_M = (0.064, 0.18, 0.05)
 """What a piece takes up under the cup, its long axis across the arm's plane, whichever way round it was taken."""
@@ -113,6 +117,18 @@ def carry_joints(rim_m: float) -> Joints:
     return best[1]
 
 
+def grip_point(piece: FloatArray) -> FloatArray:
+    """Where the cup takes a piece (4, 4) that lies flat, either side up, in the same frame, (3,).
+
+    Raises:
+        WorkError: it lies on its side.
+    """
+    up = float(piece[2, 2])
+    if abs(up) < FLAT:
+        raise WorkError(f"the piece lies on its side, {math.degrees(math.acos(up)):.0f} deg from flat")
+    return np.asarray(transform_points(piece, [GRIP_M if up > 0.0 else GRIP_UNDER_M])[0])
+
+
 class ArmWork:
     """Plans the arm's motions with the base at one pose. Not thread-safe."""
 
@@ -143,7 +159,7 @@ class ArmWork:
             WorkError: it cannot be reached from here.
         """
         grip = self._T_arm_world @ piece
-        top = transform_points(grip, [GRIP_M])[0]
+        top = grip_point(grip)
         along = math.atan2(grip[1, 0], grip[0, 0])
         faults: List[str] = []
         for above, touch in self._ends(top, along, here):

@@ -24,6 +24,9 @@ TURN_M_PER_RAD = 0.3
 """A turn costs as much as so many metres."""
 JOIN_M = 0.16
 """A pose is joined to cells no farther away."""
+ESCAPE_M = 0.5
+"""So far away a base that stands too near to something looks for a cell to back off to."""
+CREEP_M = 0.002
 STEP_M = 0.03
 BASE_X_M, BASE_Y_M = (-0.29, 0.29), (-0.19, 0.19)
 """The base's outline with its wheels, base frame (a test compares it with the model)."""
@@ -87,14 +90,13 @@ class FloorSpace:
 
     def straight(self, start: Pose2, goal: Pose2) -> bool:
         """Whether the base may go straight from one pose to another, turning evenly."""
-        turn = wrap_angle(goal.yaw_rad - start.yaw_rad)
-        steps = max(1, math.ceil((start.distance(goal) + TURN_M_PER_RAD * abs(turn)) / STEP_M))
-        poses = [start.towards(goal, step / steps) for step in range(1, steps + 1)]
-        return bool(self.free(np.array([(p.x, p.y, p.yaw_rad) for p in poses])).all())
+        return bool(self.free(_between(start, goal)).all())
 
     def ways_from(self, start: Pose2) -> Ways:
         """Shortest ways from a pose to everywhere."""
         joined = self.joined(start)
+        if not len(joined):
+            joined = self._escapes(start)
         lengths = np.full(len(self._nodes), np.inf)
         before = np.full(len(self._nodes), -1, dtype=np.int64)
         if len(joined):
@@ -113,6 +115,25 @@ class FloorSpace:
         nodes = nodes[np.argsort([_cost(self._nodes[node], pose) for node in nodes], kind="stable")]
         good = [node for node in nodes.tolist() if self.straight(pose, self.node(node))]
         return np.array(good[:2], dtype=np.int64)
+
+    def _escapes(self, pose: Pose2) -> IntArray:
+        """The nearest free cell that a base which stands too near to something may back off to; none when all is near.
+
+        On the way it comes no nearer to anything that is nearer than the margin.
+        """
+        near = np.hypot(self._nodes[:, 0] - pose.x, self._nodes[:, 1] - pose.y) < ESCAPE_M
+        turned = np.abs(_wrapped(self._nodes[:, 2] - pose.yaw_rad)) < 2.0 * math.pi / HEADINGS
+        nodes = np.flatnonzero(near & turned & self._open)
+        least = np.minimum(self._gaps_to_each(np.array([[pose.x, pose.y, pose.yaw_rad]])), MARGIN_M) - CREEP_M
+        for node in nodes[np.argsort([_cost(self._nodes[node], pose) for node in nodes], kind="stable")]:
+            way = _between(pose, self.node(int(node)))
+            if np.all(self._gaps_to_each(way) >= least):
+                return np.array([node], dtype=np.int64)
+        return np.zeros(0, dtype=np.int64)
+
+    def _gaps_to_each(self, poses: FloatArray) -> FloatArray:
+        """As ``gaps``, to the floor's edge and each thing by itself, (n, 1 + things)."""
+        return np.stack([self._to_edge(poses), *(self._to(thing, poses) for thing in self._things)], axis=1)
 
     def node(self, index: int) -> Pose2:
         """Pose of a cell and heading."""
@@ -214,6 +235,14 @@ class Ways:
             kept.append(way[ahead])
             at = ahead
         return tuple(kept)
+
+
+def _between(start: Pose2, goal: Pose2) -> FloatArray:
+    """Poses (n, 3) of a straight way, the goal among them."""
+    turn = wrap_angle(goal.yaw_rad - start.yaw_rad)
+    steps = max(1, math.ceil((start.distance(goal) + TURN_M_PER_RAD * abs(turn)) / STEP_M))
+    poses = [start.towards(goal, step / steps) for step in range(1, steps + 1)]
+    return np.array([(p.x, p.y, p.yaw_rad) for p in poses])
 
 
 def _cost(node: FloatArray, pose: Pose2) -> float:

@@ -15,7 +15,6 @@ from yarm.geometry import FloatArray, Pose2, transform_points
 from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.clearing.arm_work import (
     DROP_TILTS,
-    GRIP_M,
     LIFT_M,
     LOAD_M,
     OVER_RIM_M,
@@ -24,6 +23,7 @@ from yarm.manipulation.clearing.arm_work import (
     PickPlan,
     WorkError,
     carry_joints,
+    grip_point,
     load_bottom_m,
 )
 from yarm.manipulation.clearing.driving import Follower
@@ -166,7 +166,7 @@ class FloorMission:
     def _clear(self, name: str) -> Work:
         report = self.pieces[name]
         while report.tries < TRIES and not report.cleared:
-            report.tries += 1
+            report.tries, report.reason = report.tries + 1, ""
             try:
                 yield from self._pick(name, report)
                 yield from self._bring(name, report)
@@ -179,7 +179,7 @@ class FloorMission:
 
     def _pick(self, name: str, report: PieceReport) -> Work:
         seen = self._now.pieces[name]
-        grip = transform_points(seen, [GRIP_M])[0]
+        grip = grip_point(seen)
         self._tell(f"{name} is seen at ({grip[0]:.2f}, {grip[1]:.2f})")
         stand = self._stand(
             grip[None, :2],
@@ -195,7 +195,7 @@ class FloorMission:
         yield from self._feel(plan, report)
         yield from self._play((arm.lift(self._set, plan.above),), False)
         if not self._now.grasping:
-            raise _TryError(report.reason)
+            raise _TryError(report.reason or "it was torn off the cup while it was lifted")
         yield from self._play(arm.carry(self._set, self.carry, True), True)
 
     def _feel(self, plan: PickPlan, report: PieceReport) -> Work:

@@ -104,19 +104,18 @@ class FloorRobot:
         return seen
 
 
-def play_mission(world: YoubotFloor, mission: FloorMission, seed: int = 0, limit_s: float = LIMIT_S) -> FloorPlayed:
+def play_mission(world: YoubotFloor, mission: FloorMission, robot: FloorRobot, limit_s: float = LIMIT_S) -> FloorPlayed:
     """Play a mission to its end.
 
     Args:
         world: the floor, the arm as the mission carries.
         mission: what is to be done.
-        seed: of what the robot sees.
+        robot: eyes and hands there.
         limit_s: simulated time after which it is broken off.
 
     Raises:
         MissionError: it cannot begin.
     """
-    robot = FloorRobot(world, seed)
     work = mission.work(robot.read())
     track = []
     reason = f"not done within {limit_s:g} s"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from yarm.experiments.coursework.clearing import clearing
 from yarm.experiments.coursework.cli import main, run
 from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
 from yarm.geometry import transform_matrix
@@ -18,8 +19,10 @@ from yarm.manipulation.coverage.spanning_tree import visits
 from yarm.manipulation.motion.checkpoints import Obstacle, load_arm_scene
 from yarm.manipulation.motion.tour import Order
 from yarm.resources import resource
+from yarm.sim.scenes.youbot_floor import FloorPiece, load_floor_scene
 
 TOUR = load_arm_scene(resource("scenes", "manipulation", "checkpoints.yaml"))
+FLOOR = load_floor_scene(resource("scenes", "manipulation", "youbot_floor.yaml"))
 AMONG = load_arm_scene(resource("scenes", "manipulation", "arm_obstacles.yaml"))
 
 
@@ -30,15 +33,18 @@ def cell(result: TaskResult, row: str, column: int) -> str:
 
 def test_the_whole_demo_succeeds_and_leaves_pictures_and_a_summary(tmp_path: Path) -> None:
     said: List[str] = []
-    results = run(TOUR, AMONG, 3, tmp_path, said.append)
+    results = run(TOUR, AMONG, replace(FLOOR, debris=FLOOR.debris[1:2]), 3, tmp_path, said.append)
     assert [fault for result in results for fault in result.faults] == []
     text = "\n".join(said)
     assert "coursework, seed 3: SUCCESS" in text
-    for name in ("tour.png", "obstacles.png", "coverage.png"):
+    for name in ("tour.png", "obstacles.png", "coverage.png", "clearing.png"):
         assert (tmp_path / name).stat().st_size > 20_000
         assert f"picture: {tmp_path / name}" in text
     summary = yaml.safe_load((tmp_path / "summary.yaml").read_text())
     assert summary["success"] is True
+    (piece, together) = summary["tasks"]["the youBot's floor, in physics"]
+    assert (piece["1 pieces"], piece["by ground truth"]) == ("debris_2", "in the bin")
+    assert together["most on the cup"].endswith(" N")
     rows = {row["method"]: row for row in summary["tasks"]["obstacle task, in physics"]}
     assert rows["yarm"]["reached"] == "5 of 5"
     assert rows["yarm"]["touches"] == "0"
@@ -86,3 +92,10 @@ def test_a_scene_that_cannot_be_read_ends_with_its_faults(tmp_path: Path, capsys
     far.write_text("checkpoints:\n  - {name: far, xyz: [1.5, 0, 0.2], tilt_deg: 0}\n")
     assert main(["--checkpoints", str(far), "--results", str(tmp_path)]) == 1
     assert "none of 1 checkpoints can be reached" in capsys.readouterr().err
+
+
+def test_a_floor_that_is_not_cleared_is_a_fault() -> None:
+    heavy = FloorPiece("debris_1", 0.5, 1.0, 0.0, mass_kg=3.0)
+    result = clearing(replace(FLOOR, debris=(heavy,)), 0, lambda text: None)
+    assert result.task.faults == ("debris_1: debris_1 weighs 3.00 kg, 29.4 N: the cup holds 20 N",)
+    assert result.task.rows[0][1] == "not in the bin"

@@ -11,6 +11,7 @@ import pytest
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
 from yarm.geometry.solids import Shape, Solid, surface_points
+from yarm.manipulation.clearing.arm_work import held_solid
 from yarm.manipulation.motion.checkpoints import Obstacle, load_arm_scene
 from yarm.manipulation.obstacles.clearance_native import ArmBody, NativeClearance, library_path
 from yarm.manipulation.obstacles.collision import YoubotCollision, arm_description, link_poses, separate_links
@@ -127,6 +128,24 @@ def test_the_pair_is_named_and_the_bolted_link_counts_with_the_arm_alone() -> No
     assert not YoubotCollision([wall]).free(upright, 0.2)
     folded = np.radians([0.0, -65.0, -150.0, -100.0, 0.0])
     assert YoubotCollision([]).clearance(folded, 0.1).distance_m == 0.0
+
+
+def test_what_hangs_on_the_cup_counts_as_part_of_the_arm() -> None:
+    load = held_solid()
+    wall = Obstacle("wall", Solid(Shape.BOX, (0.02, 0.4, 0.6), transform_matrix((0.12, 0.0, 0.4), (0, 0, 0, 1))))
+    upright = np.zeros(5)
+    shelf = Obstacle("shelf", Solid(Shape.BOX, (0.3, 0.3, 0.02), transform_matrix((0.0, 0.0, 0.67), (0, 0, 0, 1))))
+    assert YoubotCollision([shelf]).clearance(upright, 0.1).distance_m > 0.02
+    assert YoubotCollision([shelf], load=load).clearance(upright, 0.1).between in ("load and shelf", "shelf and load")
+    carried, empty = YoubotCollision([wall], load=load), YoubotCollision([wall])
+    nearer = 0
+    for q in random_joints(np.random.default_rng(SEED), 200):
+        with_load, without = (one.clearance(q, 0.2) for one in (carried, empty))
+        assert with_load.distance_m <= without.distance_m + 1e-9
+        nearer += with_load.distance_m < without.distance_m - 0.001 and "load" in with_load.between
+        if abs(with_load.distance_m - 0.005) > 5e-4:
+            assert carried.free(q, 0.005) == (with_load.distance_m > 0.005)
+    assert nearer > 5
 
 
 def test_neighbours_are_no_pairs() -> None:

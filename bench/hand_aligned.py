@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+"""Picks by an ankurbot that aligns itself, in full physics: how many tries they take, and how hard the cup pushes.
+
+    python3 bench/hand_aligned.py [--picks 500]
+
+Each pick draws a place on the part or the table and the piece's yaw. The tip begins within 7 cm of the piece; the base
+brings it over the piece as it was seen (within 5 mm), the hand picks; up to three tries, each seen and aligned anew,
+by yarm.control's own base controller and hand work (bench/hand_picks.py puts the base there instead). At the end the
+robot backs off for 1.6 s and stops. A row a pick goes to ``bench/data/hand_aligned.csv``; a run that was stopped goes
+on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Dict, List, Tuple
+
+import numpy as np
+from planning_table import Row, Table, read_rows
+
+from yarm.control.actions import MobileAction
+from yarm.control.base.controller import BaseController, BaseGoal, Outcome
+from yarm.control.base.params import BaseParams
+from yarm.control.hand import HandCommand, HandParams, HandReading, HandWork
+from yarm.experiments.statistics import wilson_interval
+from yarm.geometry import FloatArray, Pose2
+from yarm.sim.engine.world import TICK_S, SimWorld
+from yarm.sim.robots.ankurbot import Ankurbot
+from yarm.sim.robots.hand import SuctionHand
+from yarm.sim.scenes.scene import scene_from
+from yarm.sim.scenes.specs import ThingSpec
+
+ROWS = Path(__file__).resolve().parent / "data" / "hand_aligned.csv"
+VALUES = ("on_part", "x", "y", "off_m", "tries", "taken", "held", "force_n", "touched", "reason")
+BEGINS_WITHIN_M, BEGINS_WITHIN_RAD = 0.07, math.radians(10.0)
+"""A base that aligns itself begins so far off."""
+SEEN_WITHIN_M = 0.005
+"""Greatest error of a piece's middle as it is seen."""
+TRIES = 3
+PIECE, ROBOT = "debris_1", "ankurbot_1"
+PIECE_M = 0.04
+PART_TOP_M, TABLE_TOP_M = 0.73, 0.70
+REACH_M = 1.30
+DRIVE_LIMIT_MPS = 5.0
+ALIGN_LIMIT_S, SETTLE_S = 30.0, 0.5
+AWAY_MPS, AWAY_S = 0.5, 1.6
+
+
+def main() -> int:
+    """Add the missing rows and print the shares."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--picks", type=int, default=500)
+    table = Table(ROWS, ("pick",), VALUES)
+    for number in range(options.parse_args().picks):
+        table.add({"pick": number}, lambda n=number: Pick(n).played())
+    tell(read_rows(ROWS))
+    return 0
+
+
+def tell(rows: List[Row]) -> None:
+    """Print the shares of the picks."""
+    for name, count in (
+        ("taken at the first try", sum(row["taken"] == "True" and row["tries"] == "1" for row in rows)),
+        (f"taken within {TRIES} tries", sum(row["taken"] == "True" for row in rows)),
+        ("carried off", sum(row["held"] == "True" for row in rows)),
+    ):
+        low, high = wilson_interval(count, len(rows))
+        share = f"{100.0 * count / len(rows):.1f} %"
+        print(f"{name}: {count} of {len(rows)} = {share} (95 % interval {100 * low:.1f} to {100 * high:.1f})")
+    forces = [float(row["force_n"]) for row in rows]
+    print(f"force on the cup, N: {' / '.join(f'{v:.1f}' for v in np.percentile(forces, (50, 99, 100)))} (p50/p99/max)")
+    print(f"touches that nobody may: {sum(int(row['touched']) for row in rows)}")
+
+
+class Pick:
+    """One pick, drawn from its number alone."""
+
+    def __init__(self, number: int) -> None:
+        """Draw it."""
+        self._rng = np.random.default_rng((number, 1000))
+        self._on_part = bool(self._rng.integers(2))
+        low, high = ((-0.42, -0.27), (-0.08, 0.27)) if self._on_part else ((0.045, -0.5), (0.35, 0.5))
+        self._x, self._y = self._rng.uniform(low, high).tolist()
+        heading = math.pi + self._rng.uniform(-1.0, 1.0) * BEGINS_WITHIN_RAD
+        tip = np.array((self._x, self._y)) + self._disc(BEGINS_WITHIN_M)
+        body = tip - REACH_M * np.array((math.cos(heading), math.sin(heading)))
+        robot = {"name": ROBOT, "type": "ankurbot", "x": float(body[0]), "y": float(body[1])}
+        robot["heading_deg"] = math.degrees(heading)
+        self._scene = scene_from({"name": "pick", "fixtures": ["table"], "robots": [robot]}, "pick")
+        self._yaw = float(self._rng.uniform(-math.pi, math.pi))
+        self._most_n = 0.0
+
+    def played(self) -> Dict[str, object]:
+        """Play it; the row's values."""
+        top = PART_TOP_M if self._on_part else TABLE_TOP_M
+        with SimWorld(self._scene, hands=True) as world:
+            world.spawn(ThingSpec(PIECE, "Debris", self._x, self._y, top + 0.5 * PIECE_M + 0.003, self._yaw))
+            world.run(SETTLE_S)
+            world.contacts.take()
+            robot = world.robots[ROBOT]
+            assert robot.hand is not None
+            piece = world.bodies[PIECE].uids[0]
+            tries, reason, off = self._tried(world, robot, robot.hand)
+            taken = robot.hand.held_uid == piece
+            robot.hand.lift_to(0.0)
+            for caster in ("fl", "fr", "rl", "rr"):
+                robot.steer(caster, 0.0)
+            world.run(1.5)
+            robot.drive(-AWAY_MPS, 0.0, DRIVE_LIMIT_MPS)
+            world.run(AWAY_S)
+            robot.drive(0.0, 0.0, DRIVE_LIMIT_MPS)
+            world.run(SETTLE_S)
+            return {
+                "on_part": self._on_part,
+                "x": round(self._x, 4),
+                "y": round(self._y, 4),
+                "off_m": round(off, 5),
+                "tries": tries,
+                "taken": taken,
+                "held": robot.hand.held_uid == piece,
+                "force_n": round(self._most_n, 2),
+                "touched": len(world.failures()),
+                "reason": reason,
+            }
+
+    def _tried(self, world: SimWorld, robot: Ankurbot, hand: SuctionHand) -> Tuple[int, str, float]:
+        """Tries it took, why the last one failed, and how far the tip was off the piece's middle then."""
+        number, reason, off = 0, "not tried", math.inf
+        while reason and number < TRIES:
+            number += 1
+            reason = self._aligned(world, robot)
+            off = _off(world)
+            reason = reason or self._worked(world, hand)
+        return number, reason, off
+
+    def _aligned(self, world: SimWorld, robot: Ankurbot) -> str:
+        """Bring the tip over the piece as it is seen; why it is not there."""
+        seen = _middle(world) + self._disc(SEEN_WITHIN_M)
+        controller = BaseController(BaseParams())
+        heading = _tip(world).yaw_rad
+        controller.start(BaseGoal(Pose2(*seen.tolist(), heading), tolerance_m=HandParams().hand_tolerance_m))
+        ended = world.time_s + ALIGN_LIMIT_S
+        while world.time_s < ended:
+            angles = [reading.angle for reading in robot.caster_readings()]
+            command = controller.step(_tip(world), angles, world.time_s)
+            for caster, angle in zip(("fl", "fr", "rl", "rr"), command.casters or ()):
+                robot.steer(caster, angle)
+            robot.drive(command.drive_mps, command.yaw_rate_radps, DRIVE_LIMIT_MPS)
+            if command.outcome is not Outcome.ACTIVE:
+                return "" if command.outcome is Outcome.SUCCEEDED else command.reason
+            self._tick(world)
+        return f"not aligned within {ALIGN_LIMIT_S:g} s"
+
+    def _worked(self, world: SimWorld, hand: SuctionHand) -> str:
+        """Pick as the controls server does; why it failed."""
+        work = HandWork(HandParams())
+        command = work.start(MobileAction.PICK, _reading(hand), world.time_s)
+        while command.outcome is Outcome.ACTIVE:
+            _send(hand, command)
+            self._tick(world)
+            command = work.step(_reading(hand), world.time_s)
+        _send(hand, command)
+        return "" if command.outcome is Outcome.SUCCEEDED else command.reason
+
+    def _tick(self, world: SimWorld) -> None:
+        world.run(TICK_S)
+        hand = world.robots[ROBOT].hand
+        assert hand is not None
+        self._most_n = max([self._most_n, *hand.press_n().values()])
+
+    def _disc(self, radius_m: float) -> FloatArray:
+        """A random point (2,) of a disc, uniform over its area."""
+        angle, away = self._rng.uniform(-math.pi, math.pi), radius_m * math.sqrt(self._rng.uniform())
+        return np.array((away * math.cos(angle), away * math.sin(angle)))
+
+
+def _tip(world: SimWorld) -> Pose2:
+    at = world.transforms()[f"{ROBOT}/ee"]
+    return Pose2(float(at[0, 3]), float(at[1, 3]), math.atan2(at[1, 0], at[0, 0]))
+
+
+def _middle(world: SimWorld) -> FloatArray:
+    """Middle (2,) of the piece, world."""
+    return np.array(world.transforms()[PIECE][:2, 3])
+
+
+def _off(world: SimWorld) -> float:
+    tip = _tip(world)
+    return float(np.linalg.norm(_middle(world) - (tip.x, tip.y)))
+
+
+def _reading(hand: SuctionHand) -> HandReading:
+    return HandReading(hand.lift_m, hand.lift_speed_mps, hand.grasping)
+
+
+def _send(hand: SuctionHand, command: HandCommand) -> None:
+    if command.suction is not None:
+        if command.suction:
+            hand.on()
+        else:
+            hand.off()
+    if command.lift_m is not None:
+        hand.lift_to(command.lift_m)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
