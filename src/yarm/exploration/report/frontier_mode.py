@@ -14,6 +14,8 @@ from yarm.exploration.report.view import View
 from yarm.geometry import FloatArray
 from yarm.navigation.grid_map import GridMap
 
+Details = Tuple[Tuple[str, Detail], ...]
+
 RETRY_S = 1.0
 """Without a way to any frontier it looks again this much later, s."""
 
@@ -131,8 +133,8 @@ class FrontierMode:
         if not candidates:
             return None
         chosen = candidates[int(self._rng.choice(len(candidates), p=[f.probability for f in candidates]))]
-        details: Tuple[Tuple[str, Detail], ...] = (("what", "drawn"), ("of", len(candidates)), *_numbers(chosen))
-        self._events.append(Event(view.now_s, "frontier", details))
+        drawn: Details = (("what", "drawn"), ("of", len(candidates)))
+        self._events.append(Event(view.now_s, "frontier", drawn + _numbers(chosen)))
         return chosen
 
     def _list(self, view: View, room: GridMap, every: List[Frontier], reachable: List[Frontier]) -> None:
@@ -140,11 +142,12 @@ class FrontierMode:
         share = {(f.row, f.column): f for f in reachable}
         for frontier in every:
             x, y = room.centre_of(frontier.row, frontier.column)
+            place: Details = (("x", round(x, 3)), ("y", round(y, 3)))
             numbers = _numbers(share.get((frontier.row, frontier.column), frontier))
-            self._events.append(Event(view.now_s, "candidate", (("x", round(x, 3)), ("y", round(y, 3)), *numbers)))
+            self._events.append(Event(view.now_s, "candidate", place + numbers))
 
 
-def _numbers(frontier: Frontier) -> Tuple[Tuple[str, float], ...]:
+def _numbers(frontier: Frontier) -> Details:
     """Distance, information, obstacles, fitness and probability by the report's letters."""
     return (
         ("d", round(frontier.distance, 3)),
