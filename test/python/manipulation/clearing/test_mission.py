@@ -11,7 +11,7 @@ import pytest
 from yarm.geometry import Pose2, transform_matrix
 from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.clearing.arm_work import carry_joints
-from yarm.manipulation.clearing.mission import FloorMission, MissionError, Reading, weight_fault
+from yarm.manipulation.clearing.mission import Command, FloorMission, MissionError, Reading, weight_fault
 from yarm.manipulation.clearing.play import FloorPlayed, FloorRobot, play_mission
 from yarm.resources import resource
 from yarm.sim.engine.youbot_floor import YoubotFloor
@@ -77,6 +77,36 @@ def test_a_piece_that_is_not_where_it_was_seen_is_looked_for_again() -> None:
     assert any("nothing was met where the piece was seen" in line for line in said)
 
 
+class Slipping(FloorRobot):
+    """Its vacuum fails once, while it drives with the piece."""
+
+    failed = False
+
+    def tell(self, command: Command) -> None:
+        if not self.failed and self._world.robot.cup.grasping and np.any(command.velocity != 0.0):
+            self._world.robot.cup.off()
+            self.failed = True
+        super().tell(command)
+
+
+def test_a_piece_that_is_lost_on_the_way_is_debris_again() -> None:
+    result, said = played(NEAR, Slipping)
+    assert result.in_bin[PIECE] and result.pieces[PIECE].cleared
+    assert result.pieces[PIECE].tries > 1
+    assert any("the piece was lost on the way" in line for line in said)
+
+
+def test_a_piece_that_is_heavier_than_it_was_said_is_given_up_with_the_reason() -> None:
+    mission = FloorMission(NEAR, seed=3)
+    heavy = replace(NEAR, debris=(replace(NEAR.debris[0], mass_kg=3.0),))
+    with YoubotFloor(heavy, mission.carry, 3) as world:
+        result = play_mission(world, mission, FloorRobot(world, 3))
+    assert not result.in_bin[PIECE]
+    assert result.pieces[PIECE].tries == 3
+    assert result.pieces[PIECE].reason == "it was torn off the cup while it was lifted"
+    assert result.reason == ""
+
+
 def test_a_weight_beyond_the_cup_or_the_arm_is_named_with_the_limit() -> None:
     assert weight_fault("a", 0.3) == ""
     assert weight_fault("a", 0.8) == "a weighs 0.80 kg: the arm carries 0.5 kg"
@@ -91,3 +121,15 @@ def test_what_cannot_begin_is_refused_with_the_reason() -> None:
     with YoubotFloor(inside, np.array(carry_joints(0.2)), 3) as world, pytest.raises(MissionError) as raised:
         play_mission(world, FloorMission(inside), FloorRobot(world, 3))
     assert str(raised.value) == "at the start post is 0.000 m away, 0.05 m is kept"
+
+
+def test_a_piece_that_no_stand_reaches_is_given_up_and_the_others_are_cleared() -> None:
+    walls = tuple(
+        (f"wall_{x}", Solid(Shape.BOX, (0.1, 1.6, 0.5), transform_matrix((x, -1.7, 0.25), (0, 0, 0, 1))))
+        for x in (0.1, 0.5)
+    )
+    scene = replace(NEAR, debris=(*NEAR.debris, FloorPiece("debris_2", 0.3, -1.7, 0.0)), obstacles=walls)
+    result, _ = played(scene)
+    assert result.in_bin == {PIECE: True, "debris_2": False}
+    assert "stands" in result.pieces["debris_2"].reason
+    assert result.wrong == ()
