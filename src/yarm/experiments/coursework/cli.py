@@ -124,17 +124,31 @@ def run(
     cleared = clearing(youbot_scene, seed, say)
     pictures.append(draw_clearing(cleared, folder / "clearing.png"))
     results += [tour.task, among.task, floor.task, cleared.task]
+    files = [*(f"picture: {picture}" for picture in pictures), *(f"motion: {file}" for file in saved)]
+    _tell(results, seed, files, say)
+    _summarise(results, seed, folder)
+    return results
+
+
+def _tell(results: Sequence[TaskResult], seed: int, files: Sequence[str], say: Log) -> None:
+    """Say every task's table, what was wrong, and where the files are."""
     for result in results:
         say(f"\n{result.title}")
         say(text_table(result.header, result.rows))
-    faults = [f"{result.title}: {fault}" for result in results for fault in result.faults]
+    faults = _faults(results)
     say(f"\ncoursework, seed {seed}: {'FAILED' if faults else 'SUCCESS'}")
     for fault in faults:
         say(f"  wrong: {fault}")
-    for picture in pictures:
-        say(f"picture: {picture}")
-    for file in saved:
-        say(f"motion: {file}")
+    for file in files:
+        say(file)
+
+
+def _faults(results: Sequence[TaskResult]) -> List[str]:
+    return [f"{result.title}: {fault}" for result in results for fault in result.faults]
+
+
+def _summarise(results: Sequence[TaskResult], seed: int, folder: Path) -> None:
+    faults = _faults(results)
     summary = {
         "success": not faults,
         "seed": seed,
@@ -142,4 +156,3 @@ def run(
         "tasks": {result.title: [dict(zip(result.header, row)) for row in result.rows] for result in results},
     }
     (folder / "summary.yaml").write_text(yaml.safe_dump(summary, sort_keys=False), encoding="utf-8")
-    return results

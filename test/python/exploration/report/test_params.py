@@ -77,6 +77,7 @@ def test_how_a_full_turn_begins_and_ends() -> None:
         return sum(step.command.v_mps < 0.0 for step in steps[:60])
 
     assert backing(turn()) - backing(turn(turn_backing=4)) == 6
+
     def length(here: Rig) -> int:
         names = [step.behaviour for step in here.steps]
         return names.index("pause") - names.index("full_turn")
