@@ -24,9 +24,6 @@ from yarm.robots.youbot import ACCELERATION_RADPS2, JERK_RADPS3, N_JOINTS, SPEED
 Sampled = Tuple[FloatArray, FloatArray, FloatArray]
 """Positions, velocities and accelerations, (m, n) each."""
 SAMPLE_S = 0.01
-CHECK_S = 0.001
-OVER = 0.003
-"""Share of a limit that is kept back for what lies between the samples of that check."""
 STILL_RAD = 1e-9
 GRID_PER_POINT = 12
 QUINTIC_SPEED, QUINTIC_ACCELERATION = 15.0 / 8.0, 10.0 / math.sqrt(3.0)
@@ -99,7 +96,11 @@ class LimitCheck:
 
 def check_limits(trajectory: Trajectory, limits: MotionLimits, step_s: float = 0.5 * SAMPLE_S) -> LimitCheck:
     """Speeds and accelerations of a motion against limits, on samples."""
-    _, _, velocity, acceleration = trajectory.sampled(step_s)
+    return _shares(trajectory, trajectory.sampled(step_s)[0], limits)
+
+
+def _shares(trajectory: Trajectory, times: FloatArray, limits: MotionLimits) -> LimitCheck:
+    _, velocity, acceleration = trajectory.evaluate(times)
     return LimitCheck(
         float(np.max(np.abs(velocity) / limits.speed)), float(np.max(np.abs(acceleration) / limits.acceleration))
     )
@@ -220,13 +221,25 @@ def through_waypoints(points: npt.ArrayLike, limits: MotionLimits) -> Trajectory
         inside = np.clip(times, 0.0, timed.duration)
         return timed(inside), timed(inside, 1), timed(inside, 2)
 
-    return _slowed(Trajectory(float(timed.duration), "TOPP-RA", evaluate), limits)
+    trajectory = Trajectory(float(timed.duration), "TOPP-RA", evaluate)
+    return _slowed(trajectory, np.asarray(timed.ss_waypoints, dtype=float), limits)
 
 
-def _slowed(trajectory: Trajectory, limits: MotionLimits) -> Trajectory:
-    """The same motion stretched in time until every limit is kept: TOPP-RA holds them at its grid points only."""
-    check = check_limits(trajectory, limits, CHECK_S)
-    return stretched(trajectory, max(1.0, check.speed, math.sqrt(check.acceleration)) * (1.0 + OVER))
+def _slowed(trajectory: Trajectory, knots: FloatArray, limits: MotionLimits) -> Trajectory:
+    """The same motion stretched in time until every limit is kept: TOPP-RA holds them at its grid points only.
+
+    Args:
+        trajectory: of cubic pieces.
+        knots: times (m,) between which they lie, s: an acceleration is greatest at one of them, a speed there or where
+            the acceleration is 0.
+        limits: to keep.
+    """
+    _, _, push = trajectory.evaluate(knots)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = push[:-1] / (push[:-1] - push[1:])
+    turns = (knots[:-1, None] + np.diff(knots)[:, None] * share)[(share > 0.0) & (share < 1.0)]
+    check = _shares(trajectory, np.concatenate([knots, turns]), limits)
+    return stretched(trajectory, max(1.0, check.speed, math.sqrt(check.acceleration)))
 
 
 def stretched(trajectory: Trajectory, factor: float) -> Trajectory:

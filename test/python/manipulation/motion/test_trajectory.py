@@ -98,6 +98,17 @@ def test_waypoints_are_passed_within_the_limits() -> None:
             assert np.min(np.max(np.abs(q - point), axis=1)) < 0.01
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_limits_are_kept_between_any_samples(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    size_rad = rng.choice([0.02, 0.1, 0.5])
+    points = np.cumsum(rng.normal(0.0, size_rad, (int(rng.integers(2, 25)), 5)), axis=0)
+    timed = through_waypoints(points, arm_limits())
+    check = check_limits(timed, arm_limits(), 3e-4)
+    assert check.kept, f"seed {seed}: {check}"
+    assert max(check.speed, check.acceleration) > 0.99, f"seed {seed}: slower than it needs to be: {check}"
+
+
 def test_a_check_sees_a_limit_that_is_broken() -> None:
     motion = quintic(np.zeros(5), np.ones(5), LIMITS)
     assert not check_limits(motion, arm_limits(0.9)).kept
