@@ -36,7 +36,6 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
     "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
     "pieces": [[PYTHON, "bench/pieces.py"]],
     "hand_picks": [[PYTHON, "bench/hand_picks.py"]],
-    "hand_aligned": [[PYTHON, "bench/hand_aligned.py"]],
     "missions": [[PYTHON, "bench/missions.py", "--seeds", "20"]],
     "person": [[PYTHON, "bench/person.py", "--seeds", "3"]],
 }
