@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Dict, List
 
+import rosgraph
 import rostest
 
 from yarm.ros.common.graph import node_pids
@@ -70,7 +71,14 @@ class NetworkTest(ListeningTest):
         for name in ("inside", "cpp_inside", "master"):
             self.assertFalse([line for line in said if line.startswith(f"/{name} ")], said)
 
-    def test_2_the_node_says_it_itself(self):
+    def test_2_whoever_cannot_be_looked_at_is_named_too(self):
+        for name, uri in (("/gone", "http://localhost:1/"), ("/far", "http://203.0.113.7:1/")):
+            rosgraph.Master(name).registerPublisher("/nothing", "std_msgs/Empty", uri)
+        said = self.check()
+        self.assertIn("/gone cannot be looked at: nobody answers at http://localhost:1/", said)
+        self.assertIn("/far runs on another machine: 203.0.113.7", said)
+
+    def test_3_the_node_says_it_itself(self):
         said = self.ask(lambda: self.warnings("outside"), "a warning of the node that can be reached")
         self.assertIn("ROS_HOSTNAME=localhost", said[0])
         self.assertEqual(self.warnings("inside"), [])

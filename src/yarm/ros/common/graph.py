@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xmlrpc.client
 from typing import Any, Dict, List
+from urllib.parse import urlsplit
 
 import psutil
 import rosgraph
@@ -13,26 +14,33 @@ from yarm.safety.listening import exposure
 
 CALL_LIMIT_S = 5.0
 MASTER = "/master"
+EVERY_INTERFACE = ("0.0.0.0", "::")
+"""Addresses of a node that was not told its own: it is asked for on this machine."""
 
 
 def node_pids() -> Dict[str, int]:
     """Process number of each node of the graph that answers."""
     master = rosgraph.Master(rospy.get_name())
-    publishers, subscribers, services = master.getSystemState()
-    nodes = {node for table in (publishers, subscribers, services) for _, users in table for node in users}
-    pids = {}
+    pids = {node: _pid_of(uri) for node, uri in _addresses(master).items()}
+    return {node: pid for node, pid in pids.items() if pid}
+
+
+def _addresses(master: rosgraph.Master) -> Dict[str, str]:
+    """URI of each node that the master knows; empty for one that has gone meanwhile."""
+    nodes = {node for table in master.getSystemState() for _, users in table for node in users}
+    found = {}
     for node in nodes:
-        pid = _pid_of(master, node)
-        if pid:
-            pids[node] = pid
-    return pids
+        try:
+            found[node] = str(master.lookupNode(node))
+        except rosgraph.MasterException:
+            found[node] = ""
+    return found
 
 
-def _pid_of(master: rosgraph.Master, node: str) -> int:
+def _pid_of(uri: str) -> int:
     try:
-        proxy = xmlrpc.client.ServerProxy(master.lookupNode(node), transport=_LimitedTransport())
-        answer: Any = proxy.getPid(rospy.get_name())
-    except (rosgraph.MasterException, OSError, xmlrpc.client.Error):
+        answer: Any = xmlrpc.client.ServerProxy(uri, transport=_LimitedTransport()).getPid(rospy.get_name())
+    except (OSError, xmlrpc.client.Error):
         return 0
     code, _, pid = answer
     return int(pid) if code == 1 else 0
@@ -48,15 +56,23 @@ class _LimitedTransport(xmlrpc.client.Transport):
 
 
 def reachable_nodes() -> List[str]:
-    """A line for the master and each node that other machines can reach, or whose sockets cannot be read; by name."""
-    pids = {**node_pids(), MASTER: int(rosgraph.Master(rospy.get_name()).getPid())}
-    lines = []
-    for node, pid in sorted(pids.items()):
-        try:
-            exposed = exposure(pid)
-        except psutil.Error as error:
-            lines.append(f"{node}: cannot be looked at: {error}")
-            continue
-        if exposed:
-            lines.append(f"{node} listens on {exposed}")
-    return lines
+    """A line for the master and each node that other machines can reach, or that cannot be looked at; by name."""
+    master = rosgraph.Master(rospy.get_name())
+    addresses = {**_addresses(master), MASTER: str(master.getUri())}
+    lines = {node: _exposed(uri) for node, uri in addresses.items()}
+    return [f"{node} {line}" for node, line in sorted(lines.items()) if line]
+
+
+def _exposed(uri: str) -> str:
+    """What is to be said of a node; empty when only this machine can reach it."""
+    host = urlsplit(uri).hostname or ""
+    if host not in EVERY_INTERFACE and not rosgraph.network.is_local_address(host):
+        return f"runs on another machine: {host or 'unknown'}"
+    pid = _pid_of(uri)
+    if not pid:
+        return f"cannot be looked at: nobody answers at {uri}"
+    try:
+        exposed = exposure(pid)
+    except psutil.Error as error:
+        return f"cannot be looked at: {error}"
+    return f"listens on {exposed}" if exposed else ""
