@@ -24,7 +24,7 @@ from yarm.msg import (
     SafetyStatus,
     TransformStampedVector,
 )
-from yarm.srv import SpawnObstaclesRequest
+from yarm.srv import SpawnObstaclesRequest, Why
 
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
@@ -121,6 +121,16 @@ class CommanderTest(CommanderDriver):
         self.go("target_4", (0.65, 1.65))
         self.put("box_2", "Obstacle", 0.65, 1.65, 1.0, (0.5, 0.5, 0.2))
         self.wait(lambda: "box_2" in self.unreachable().get("target_4", ""), "target_4 unreachable for box_2")
+        answer = rospy.ServiceProxy(names.COMMANDER_WHY, Why)("target_4")
+        self.assertTrue(answer.success, answer.text)
+        changes = [(change.kind, change.thing) for change in answer.causes[0].changes]
+        self.assertIn(changes, ([("move", "box_2")], [("remove", "box_2")]), answer.text)
+        nobody = rospy.ServiceProxy(names.COMMANDER_WHY, Why)("nobody")
+        self.assertFalse(nobody.success)
+        self.assertIn("nobody is neither a goal nor a robot; there is ", nobody.text)
+        command = ["rosrun", "yarm", "why", "target_4"]
+        said = subprocess.run(command, capture_output=True, text=True, timeout=self.LIMIT_S, check=True)
+        self.assertIn("cannot reach target_4", said.stdout)
         self.take_away("box_2")
         self.ended()
 

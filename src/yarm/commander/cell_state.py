@@ -18,8 +18,9 @@ from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.sander.states import SanderState
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
 from yarm.geometry.kinds import ObjectKind
-from yarm.planning.model.types import Column, Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
+from yarm.planning.model.types import Column, FleetPlan, Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
 from yarm.planning.tasks.task_queue import TaskQueue
+from yarm.planning.why.causes import Circumstances
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,6 +209,16 @@ class CellState:
             if name not in self.unplanned
         )
         return PlanRequest(self.spec, self._standing(robots), robots, goals, dict(assignments), others, forbidden)
+
+    def circumstances(self, request: PlanRequest, plan: Optional[FleetPlan]) -> Circumstances:
+        """A request with what else is known when somebody asks why."""
+        bare = {}
+        for robot in request.robots:
+            shape = self.shapes.get(robot.name)
+            if robot.carries and shape is not None:
+                bare[robot.name] = shape.mask(self.spec, robot.yaw_rad)
+        refused = {name: refusal.reason for name, refusal in self.refused.items()}
+        return Circumstances(request, plan, self.params.planner_params, bare, refused)
 
     @property
     def outside(self) -> Tuple[str, ...]:

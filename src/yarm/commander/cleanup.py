@@ -12,6 +12,7 @@ from yarm.commander.goals import ActiveGoal, Purpose
 from yarm.commander.mission import Mission, Tools
 from yarm.control.actions import ArmAction
 from yarm.planning.model.types import Goal, GoalKind
+from yarm.planning.why.causes import Circumstances
 
 
 def home_goals(cell: CellState) -> List[Goal]:
@@ -76,6 +77,10 @@ class Cleanup(Activity):
         self._retry_s = now_s + self.cell.params.retry_s
         self.reason = f"{goal.robot} is not in storage: {event.outcome.value} {event.message}".rstrip()
         return [Log(Level.WARN, self.reason)]
+
+    def circumstances(self) -> Circumstances:
+        """What the newest map, the tasks and the newest plan are, for whoever asks why."""
+        return self._ways[0].circumstances()
 
     def delete_done(self, event: DeleteDone) -> List[Action]:
         """Deletions of an earlier mission may still be answered."""

@@ -43,6 +43,7 @@ from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request, Situation, decide
 from yarm.commander.states import MISSION_STATES, TABLE, State, Trigger, check_table
 from yarm.commander.supervision import Supervisor
+from yarm.planning.why.causes import Circumstances
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,18 @@ class Commander:
         tasks = tuple(self._work.tasks()) if self._work is not None else self._last_tasks
         reason = self._fault or (self._work.reason if self._work is not None else self._result.reason)
         return Status(self.state, self.busy, tasks, self._result.outcome, reason, max(0.0, now_s - self._entered_s))
+
+    def circumstances(self) -> Circumstances:
+        """What there is to say why with: the newest map and, of a mission, its tasks and its newest plan.
+
+        Raises:
+            LookupError: no map has come yet.
+        """
+        if self.cell.map is None:
+            raise LookupError("no planning_metadata yet: nothing is known of the cell")
+        if isinstance(self._work, (Mission, Cleanup)):
+            return self._work.circumstances()
+        return self.cell.circumstances(self.cell.request(self.cell.open_goals(), {}), None)
 
     def objection(self, now_s: float) -> str:
         """Why nothing that moves may move, as far as the Commander can tell; empty when it may."""

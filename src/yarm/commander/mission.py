@@ -34,6 +34,7 @@ from yarm.geometry.kinds import ObjectKind
 from yarm.planning.model.types import FleetPlan, FleetPlanner, GoalKind, PlanRequest, PlanStatus
 from yarm.planning.tasks.task_queue import BODIES, Task, TaskStatus
 from yarm.planning.verification.checker import robotless_map
+from yarm.planning.why.causes import Circumstances
 
 GIVEN_BACK = (PlanStatus.INFEASIBLE, PlanStatus.INVALID_GOAL)
 """What a plan may say of a robot's goal that somebody else may still reach, or nobody as the map is."""
@@ -82,11 +83,13 @@ class Mission(Activity):
         self._quiet_since_s: Optional[float] = None
         self._stuck_since_s: Optional[float] = None
         self._outside: Dict[str, str] = {}
+        self._planned: Optional[FleetPlan] = None
 
     def start(self, now_s: float) -> List[Action]:
         """Forget the plans and tasks of the last mission."""
         self._assignments.start()
         self._tools.planner.reset()
+        self._planned = None
         self._hands.start(now_s)
         return []
 
@@ -158,6 +161,12 @@ class Mission(Activity):
                 status = TaskState.UNREACHABLE if reason else TaskState.WAITING
                 views[name] = TaskView("", name, goal.kind, status, reason or "")
         return list(views.values())
+
+    def circumstances(self) -> Circumstances:
+        """What the newest map, the tasks and the newest plan are, for whoever asks why."""
+        request = self.cell.request({}, {}, self._forbidden())
+        request = replace(self._full(request), assignments=dict(self._queue.assignments))
+        return self.cell.circumstances(request, self._planned)
 
     def _assigned_view(self, task: Task) -> TaskView:
         robot, goal = task.robot, task.goal
@@ -280,11 +289,13 @@ class Mission(Activity):
         return actions
 
     def _assign(self, now_s: float) -> PlanRequest:
-        forbidden = self.cell.private_columns() if self._bounded else None
-        request = self.cell.request({}, {}, forbidden)
+        request = self.cell.request({}, {}, self._forbidden())
         self._assignments.update(request, self.cell.open_goals(), now_s)
         self._assignments.process(self._full(request), self._keep_clear())
         return replace(self._full(request), assignments=dict(self._queue.assignments))
+
+    def _forbidden(self) -> Optional[BoolArray]:
+        return self.cell.private_columns() if self._bounded else None
 
     def _full(self, request: PlanRequest) -> PlanRequest:
         goals = {**self.cell.open_goals(), **self._queue.goals}
@@ -317,7 +328,7 @@ class Mission(Activity):
             self.finish(Ending.SUCCEEDED)
 
     def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
-        plan = self._tools.planner.plan(request, self._tools.rng)
+        plan = self._planned = self._tools.planner.plan(request, self._tools.rng)
         before_s = self._tools.stopwatch_s()
         checked = sendable(request, plan, self.cell.params.checking)
         check_ms = 1e3 * (self._tools.stopwatch_s() - before_s)

@@ -8,7 +8,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import wrap_angle
-from yarm.planning.cspace.cell_sets import CellSet, Layout, dilated, intersection, union
+from yarm.planning.cspace.cell_sets import CellSet, Layout, difference, dilated, intersection, union
 from yarm.planning.cspace.footprint import border_for
 from yarm.planning.cspace.robot_space import (
     SAME_HEADING_RAD,
@@ -47,7 +47,7 @@ class PlanningProblem:
 
     @staticmethod
     def of(
-        request: PlanRequest, turns: Turns, cache: ShapeCache, only: Optional[str] = None
+        request: PlanRequest, turns: Turns, cache: ShapeCache, only: Optional[str] = None, margin: bool = True
     ) -> Optional[PlanningProblem]:
         """The problem that a request poses.
 
@@ -56,6 +56,7 @@ class PlanningProblem:
             turns: allowed turns.
             cache: kept shapes.
             only: name of the one robot to plan for, all the others taken away; None for all.
+            margin: keep the margin to what does not move; without it a plan is no safe one, but says what it costs.
 
         Returns:
             None when there is no robot that can be planned for.
@@ -67,10 +68,10 @@ class PlanningProblem:
         chosen = [robot for robot in robots if only in (None, robot.name)]
         problem = PlanningProblem(request, chosen, layout, layout.set_of_grid(check.robotless_grid(request, robots)))
         for robot in chosen:
-            problem._add(robot, turns, cache)
+            problem._add(robot, turns, cache, margin)
         return problem
 
-    def _add(self, robot: Robot, turns: Turns, cache: ShapeCache) -> None:
+    def _add(self, robot: Robot, turns: Turns, cache: ShapeCache, margin: bool) -> None:
         goal = check.assigned_goal(robot, self.request)
         usable = goal if goal is not None and check.goal_fault(robot, self.request) is None else None
         wanted_yaw = None if usable is None else usable.yaw_rad
@@ -79,7 +80,8 @@ class PlanningProblem:
         if wanted_yaw is not None:
             wanted = min(range(len(headings)), key=lambda h: abs(wrap_angle(headings[h] - wanted_yaw)))
         present = shape_of(robot.mask, self.layout, cache).at((int(robot.column[0]), int(robot.column[1])))
-        obstacles = with_margin(self.obstacles, present, self.layout.stride)
+        stride = self.layout.stride
+        obstacles = with_margin(self.obstacles, present, stride) if margin else difference(self.obstacles, present)
         forbidden = self.forbidden(present)
         if forbidden:
             obstacles = tuple(layer | forbidden for layer in obstacles)

@@ -66,11 +66,11 @@ class Shape:
 
 
 class Space:
-    """Where one shape may stand and turn among fixed obstacles, with a margin of one cell."""
+    """Where one shape may stand and turn among fixed obstacles, with a margin of one cell or without."""
 
-    def __init__(self, shape: Shape, occupied: BoolArray) -> None:
+    def __init__(self, shape: Shape, occupied: BoolArray, margin: bool = True) -> None:
         self.shape = shape
-        near = ndimage.binary_dilation(occupied, np.ones((3, 3, 3), dtype=bool))
+        near = ndimage.binary_dilation(occupied, np.ones((3, 3, 3), dtype=bool)) if margin else occupied
         weights = np.left_shift(np.int64(1), np.arange(near.shape[2], dtype=np.int64))
         self._near: IntArray = near @ weights
         self.free: BoolArray = np.stack([self._clear(columns) for columns in shape.mask_columns])

@@ -2,6 +2,7 @@
 
     rosrun yarm plan_scene SCENE.yaml --planner yarm --steps --json
     python3 -m yarm.planning scenes/planning/two_robots.yaml --plot out.png
+    rosrun yarm plan_scene scenes/planning/walled_in.yaml --why
 
 Exit code 0 solved, 2 infeasible, 3 timeout, 4 bad input (a wrong option or scene, an invalid start or goal).
 """
@@ -13,7 +14,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Any, Dict, List, NoReturn, Optional, Sequence, TextIO
+from typing import Any, Dict, List, Mapping, NoReturn, Optional, Sequence, TextIO
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from yarm.planning.scenes.assignment import assign_goals
 from yarm.planning.scenes.scene import PlanScene
 from yarm.planning.scenes.scene_file import SceneError, load_scene
 from yarm.planning.scenes.stepping import SteppedRun, step_to_end
+from yarm.planning.why.causes import Circumstances, why
 
 EXIT_CODES = {
     PlanStatus.SOLVED: 0,
@@ -86,6 +88,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--steps", action="store_true", help="step the fleet to the end, planning again before each step"
     )
+    parser.add_argument(
+        "--why", action="store_true", help="say of every goal that is not reached what would change that"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw particles, graph, obstacles and paths")
     return parser
@@ -137,7 +142,24 @@ def _solve(scene: PlanScene, options: argparse.Namespace, params: PlannerParams)
         if report["status"] == PlanStatus.SOLVED.value:
             report["status"] = PlanStatus.INFEASIBLE.value
             report["reason"] = "; ".join(assignment.unserved.values())
+    if options.why:
+        request = scene.request(assignments=assignment.assignments)
+        report["why"] = _answers(Circumstances(request, plan, params), assignment.unserved)
     return report, plan, run
+
+
+def _answers(circumstances: Circumstances, unserved: Mapping[str, str]) -> Dict[str, Any]:
+    """Why, for every goal that nobody serves, whose robot has no plan, or whose robot waits at first."""
+    robots = circumstances.plan.robots if circumstances.plan is not None else {}
+    stuck = {entry.goal for entry in robots.values() if entry.status is not PlanStatus.SOLVED or entry.step is None}
+    answers = {}
+    for goal in sorted({*unserved, *stuck} & set(circumstances.request.goals)):
+        causes = why(goal, circumstances).causes
+        answers[goal] = [
+            {"text": cause.text, "kind": cause.kind, "changes": [str(change) for change in cause.changes]}
+            for cause in causes
+        ]
+    return answers
 
 
 def _report(scene: PlanScene, plan: Optional[FleetPlan]) -> Dict[str, Any]:
@@ -186,6 +208,8 @@ def _text(report: Dict[str, Any]) -> str:
     for key in ("ms_p50", "ms_p99"):
         if key in report:
             numbers.append(f"{key} {report[key]}")
+    for goal, causes in report.get("why", {}).items():
+        lines += [f"  why {goal}: {cause['text']}" for cause in causes]
     return "\n".join([*lines, "  " + ", ".join(numbers)]) + "\n"
 
 

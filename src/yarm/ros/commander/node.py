@@ -43,10 +43,11 @@ from yarm.geometry.kinds import ROBOT_KINDS, ObjectKind
 from yarm.msg import CommanderStatus, Permission, PlanReport, SafetyStatus, StepAck
 from yarm.planning.baselines.planned_once import PlannedOnce
 from yarm.planning.registry import PlannerUnavailableError, make_planner
+from yarm.planning.why.causes import why
 from yarm.ros.commander.links import Links, delete_object
 from yarm.ros.commander.markers import MarkerBoard
 from yarm.ros.commander.registry import RegistryWatch
-from yarm.ros.commander.reports import exact_time, plan_report, status_message
+from yarm.ros.commander.reports import exact_time, plan_report, status_message, why_response
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, present_s, safety_fault
@@ -54,7 +55,7 @@ from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import MapSubscriber
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
-from yarm.srv import StateChange, StateChangeRequest, StateChangeResponse
+from yarm.srv import StateChange, StateChangeRequest, StateChangeResponse, Why, WhyRequest, WhyResponse
 
 WATCH_PERIOD_S = 0.2
 """Wall time between two looks for silence, s."""
@@ -98,6 +99,7 @@ class CommanderNode:
         self._safety = rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=10)
         self._maps = MapSubscriber(self._on_map, self._params.sync)
         self._service = rospy.Service(names.COMMANDER_STATE, StateChange, self._on_request)
+        self._why = rospy.Service(names.COMMANDER_WHY, Why, self._on_why)
 
     def spin(self) -> None:
         """Notice silence until the node is shut down."""
@@ -133,6 +135,15 @@ class CommanderNode:
             self._do(actions)
             self._show(now_s)
         return StateChangeResponse(reply.success, reply.message)
+
+    def _on_why(self, question: WhyRequest) -> WhyResponse:
+        """What it needs is taken at one moment; it is thought about while the work goes on."""
+        try:
+            with self._lock:
+                asked = self._core.circumstances()
+            return why_response(why(question.subject, asked), asked.request.spec)
+        except LookupError as error:
+            return WhyResponse(success=False, text=str(error.args[0]))
 
     def _on_registry(self, update: Event) -> None:
         with self._lock:

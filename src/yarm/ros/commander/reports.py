@@ -8,8 +8,11 @@ import rospy
 
 from yarm.commander.events import ShowPlan
 from yarm.commander.machine import Status
-from yarm.msg import CommanderStatus, GridIndex, GridIndexVector, PlanReport, TaskStatus
+from yarm.geometry import GridSpec
+from yarm.msg import CommanderStatus, GridIndex, GridIndexVector, PlanReport, TaskStatus, WhyCause, WhyChange
+from yarm.planning.why.causes import Answer, Cause
 from yarm.ros.common import names
+from yarm.srv import WhyResponse
 
 
 def exact_time(stamp_s: float) -> rospy.Time:
@@ -62,6 +65,21 @@ def plan_report(shown: ShowPlan, planner: str, stamp_s: float) -> PlanReport:
         cells = [GridIndex(x=int(w.column[0]), y=int(w.column[1]), z=0) for w in robot_plan.path]
         report.paths.append(GridIndexVector(indices=cells))
     return report
+
+
+def why_response(answer: Answer, spec: GridSpec) -> WhyResponse:
+    """The answer of ``commander/why``; how far things are moved in columns becomes metres."""
+    return WhyResponse(success=True, text=answer.text, causes=[_why_cause(cause, spec) for cause in answer.causes])
+
+
+def _why_cause(cause: Cause, spec: GridSpec) -> WhyCause:
+    size_x, size_y = (float(size) for size in spec.resolution[:2])
+    changes = [
+        WhyChange(one.kind.value, one.thing, one.offset[0] * size_x, one.offset[1] * size_y, str(one))
+        for one in cause.changes
+    ]
+    cells = [GridIndex(*map(int, cell)) for cell in cause.cells]
+    return WhyCause(cause.kind, cause.text, cause.robot, list(cause.others), changes, cells, cause.cost_cells)
 
 
 def task_text(task: TaskStatus) -> str:

@@ -310,6 +310,9 @@ TOPICS: Tuple[Topic, ...] = (
 
 SERVICES: Tuple[Service, ...] = (
     Service(names.COMMANDER_STATE, "yarm/StateChange", COMMANDER, "ask for a change of state (docs/commander.md)"),
+    Service(
+        names.COMMANDER_WHY, "yarm/Why", COMMANDER, "why a goal is not served, or a robot stands (docs/commander.md)"
+    ),
     Service(names.SPAWN_OBSTACLES, "yarm/SpawnObstacles", SIM, "add debris, a target or an obstacle"),
     Service(names.DELETE_OBSTACLES, "yarm/SpawnObstacles", SIM, "remove one; only the name counts"),
     Service(names.PREDICT_NEW_STATE, "yarm/PredictNewState", MAP, "would these objects touch if they were there?"),

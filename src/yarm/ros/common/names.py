@@ -109,6 +109,7 @@ def inspector(name: str) -> str:
 
 # Commander and safety.
 COMMANDER_STATE = "commander_state"
+COMMANDER_WHY = "commander/why"
 COMMANDER_STATUS = "commander/status"
 PERMISSION = "commander/permission"
 PLAN_REPORT = "commander/plan"
