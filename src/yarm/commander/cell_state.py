@@ -123,6 +123,7 @@ class CellState:
     def take_map(self, cell_map: CellMap) -> None:
         """Track every robot and goal on a new map."""
         self.map = cell_map
+        self._see_loads()
         self.robots = {found.name: self._track(found, cell_map.spec) for found in self.of_kind("Mobile")}
         self.queue.see(cell_map.objects)
         self.sights.see(cell_map.objects)
@@ -134,6 +135,19 @@ class CellState:
         for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET) + self.bins:
             columns[thing.name] = self._held(cell_map.spec, self.place_of(thing), self._goal_columns.get(thing.name))
         self._goal_columns = columns
+
+    def _see_loads(self) -> None:
+        """What the map shows on a hand that holds something is its load, whatever it was told to pick up.
+
+        A load that the map showed and shows no more is lost, and so is one whose hand says that it holds nothing.
+        """
+        shown = {found.carried.robot: found.name for found in self.of_kind(GoalKind.DEBRIS) if found.carried}
+        for robot in sorted({*shown, *self.loads} - self.at_work):
+            piece, load, holds = shown.get(robot), self.loads.get(robot), self.grasping.get(robot)
+            if piece is not None and holds:
+                self.loads[robot] = Load(piece, self.pieces.get(piece), seen=True)
+            elif load is not None and (load.seen or holds is False):
+                del self.loads[robot]
 
     def open_goals(self) -> Dict[str, Goal]:
         """Debris and targets on the map that nobody is done with, by name; and the bins, for each robot with a load."""

@@ -65,17 +65,15 @@ class Handling:
         cell = self._cell
         self._jobs = {}
         cell.at_work, cell.refused, cell.full_bins = set(), {}, {}
-        for robot, load in sorted(cell.loads.items()):
-            self._jobs[load.piece] = _Job(robot, load.piece, TaskState.CARRYING, now_s)
-            cell.queue.hold(Goal(load.piece, GoalKind.DEBRIS, (0, 0)), robot, now_s)
+        self._take_up(now_s)
 
     def waiting(self) -> str:
         """Why something that is carried, or was given back, gets into no bin; empty when nothing is left so."""
         cell = self._cell
         full = "; ".join(f"{found.name} is full: {cell.full(found)}" for found in cell.bins if cell.full(found))
-        for robot, load in sorted(cell.loads.items()):
-            if all(cell.full(found) for found in cell.bins):
-                return f"{robot} carries {load.piece} and waits for a bin: {full or 'there is none on the map'}"
+        for job in sorted(self._jobs.values(), key=lambda job: job.robot):
+            if job.stage is TaskState.CARRYING and all(cell.full(found) for found in cell.bins):
+                return f"{job.robot} carries {job.piece} and waits for a bin: {full or 'there is none on the map'}"
         return next((f"{name}: {refusal.reason}" for name, refusal in sorted(cell.refused.items())), "")
 
     def reached(self, robot: str, goal: Goal, now_s: float) -> List[Action]:
@@ -96,10 +94,10 @@ class Handling:
         for goal in self._cell.goals.of(Purpose.HAND):
             if now_s - goal.sent_s > limit_s:
                 actions += self._cell.goals.cancel(goal.robot, now_s, f"not done within {limit_s:g} s")
-        self._notice_losses()
         for job in list(self._jobs.values()):
             if not self._working(job.robot) and now_s >= job.since_s:
                 actions += self._go_on(job, now_s)
+        self._take_up(now_s)
         return actions + self._taken_out()
 
     def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
@@ -135,7 +133,7 @@ class Handling:
         if job.stage is TaskState.PICKING:
             return self._try_again(job, now_s)
         if job.stage is TaskState.CARRYING:
-            return [] if job.robot in self._cell.loads else self._lost(job, f"{job.robot} has lost {job.piece}")
+            return [] if self._hangs(job) else self._lost(job, f"{job.robot} has lost {job.piece}")
         return self._look_into_bin(job, now_s)
 
     def _try_again(self, job: _Job, now_s: float) -> List[Action]:
@@ -200,11 +198,19 @@ class Handling:
         del self._jobs[job.piece]
         return [Log(Level.WARN, why)]
 
-    def _notice_losses(self) -> None:
-        """A hand that says it holds nothing has lost what it carried."""
-        for robot in list(self._cell.loads):
-            if not self._working(robot) and self._cell.grasping.get(robot) is False:
-                del self._cell.loads[robot]
+    def _hangs(self, job: _Job) -> bool:
+        """Whether a piece hangs on the hand that it is for."""
+        load = self._cell.loads.get(job.robot)
+        return load is not None and load.piece == job.piece
+
+    def _take_up(self, now_s: float) -> None:
+        """What hangs on a hand that is not at work goes on to a bin, whoever picked it up."""
+        cell = self._cell
+        sought = {task.goal.name for task in cell.queue.tasks if task.robot}
+        for robot, load in sorted(cell.loads.items()):
+            if cell.params.bins_used and robot not in cell.at_work and load.piece not in {*self._jobs, *sought}:
+                self._jobs[load.piece] = _Job(robot, load.piece, TaskState.CARRYING, now_s)
+                cell.queue.hold(Goal(load.piece, GoalKind.DEBRIS, (0, 0)), robot, now_s)
 
     def _taken_out(self) -> List[Action]:
         """Pieces that were done and lie in no bin any more are goals again."""

@@ -24,10 +24,17 @@ REFUSED_MOVED_M = 0.05
 
 @dataclass(frozen=True)
 class Load:
-    """What hangs on a robot's hand: the name of a piece, and its shape where it is known."""
+    """What hangs on a robot's hand.
+
+    Attributes:
+        piece: its name.
+        shape: its shape, where it is known.
+        seen: the map has shown it there; False while only the hand's word is known.
+    """
 
     piece: str
     shape: Optional[PieceShape] = None
+    seen: bool = False
 
 
 @dataclass(frozen=True)

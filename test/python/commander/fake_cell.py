@@ -31,7 +31,7 @@ from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
 from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.control.sander.states import SanderState
-from yarm.geometry import CellMap, GridSpec, MappedObject, SeenPiece, quaternion_from_rpy, wrap_angle
+from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, SeenPiece, quaternion_from_rpy, wrap_angle
 from yarm.planning.registry import make_planner
 from yarm.robots import bin as bins
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
@@ -108,8 +108,8 @@ class FakeCell:
     def __init__(self, params=None, planner="yarm", **robots):
         """Robots by name: (x, y, yaw) of the end effector."""
         self.params = params or CommanderParams()
-        tools = Tools(make_planner(planner, self.params.planner_params), np.random.default_rng(self.params.seed))
-        self.commander = Commander(self.params, tools)
+        self._planner = planner
+        self.commander = self._new_commander()
         self.robots = {name: FakeRobot(*pose) for name, pose in robots.items()}
         self.arms = {}
         self.debris = {}
@@ -181,6 +181,17 @@ class FakeCell:
             robot.goal = None
         self._step(ClockReset())
 
+    def start_commander_again(self):
+        """The Commander dies and a new one takes over; what is latched reaches it."""
+        for robot in self.robots.values():
+            robot.goal = None
+        self.commander, self._registered, self._events = self._new_commander(), None, []
+        self._events += [Grasp(name, bool(robot.holds)) for name, robot in sorted(self.robots.items())]
+
+    def _new_commander(self):
+        tools = Tools(make_planner(self._planner, self.params.planner_params), np.random.default_rng(self.params.seed))
+        return Commander(self.params, tools)
+
     def tick(self):
         """One camera set."""
         self.now += PERIOD_S
@@ -224,7 +235,10 @@ class FakeCell:
             z = self.heights.get(name, ON_PART_M)
             cells = SPEC.cells_inside([(x + dx, y + dy, z) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
             seen = SeenPiece(12, (x, y, z + 0.02), 0.0, 0.1, 0.04)
-            objects[name] = MappedObject(name, "Debris", 2, (x, y, z), (0, 0, 0, 1), cells, seen)
+            holder = next((robot for robot, body in self.robots.items() if body.holds == name), None)
+            on_hand = CarriedPiece(holder, (0.0, 0.0, z - 0.97), (0, 0, 0, 1)) if holder else None
+            shown = (NO_CELLS, None, on_hand) if holder else (cells, seen)
+            objects[name] = MappedObject(name, "Debris", 2, (x, y, z), (0, 0, 0, 1), *shown)
         for name, (x, y) in self.targets.items():
             objects[name] = MappedObject(name, "Target", 3, (x, y, 0.89), (0, 0, 0, 1), NO_CELLS)
         for name, robot in self.robots.items():

@@ -147,6 +147,44 @@ def test_a_piece_that_slips_off_the_cup_is_debris_again_at_once():
     assert binned(cell) == {"debris_1": True}
 
 
+def test_a_piece_that_the_map_shows_off_the_hand_is_debris_again_whatever_the_hand_says():
+    cell = cell_with()
+    until(cell, "carrying")
+    cell.run_for(0.2)
+    robot = cell.robots["ankurbot_1"]
+    robot.holds, cell.heights["debris_1"], cell.debris["debris_1"] = "", 0.75, PIECE
+    cell.run_for(0.2)
+    assert "ankurbot_1 has lost debris_1" in cell.said
+    assert cell.commander.cell.loads == {} and cell.commander.cell.grasping["ankurbot_1"]
+    assert outcome_of(cell).outcome == "succeeded"
+    assert binned(cell) == {"debris_1": True}
+
+
+def test_a_hand_that_took_the_neighbour_carries_that_to_the_bin_and_the_piece_stays_debris():
+    cell = cell_with([PIECE, (-0.30, 0.10)])
+    until(cell, "picking")
+    cell.run(lambda: cell.robots["ankurbot_1"].holds == "debris_1", 60.0)
+    cell.debris["debris_2"], cell.debris["debris_1"] = cell.debris["debris_1"], cell.debris["debris_2"]
+    cell.robots["ankurbot_1"].holds = "debris_2"
+    cell.heights.update(debris_1=0.75, debris_2=0.83)
+    cell.run(lambda: cell.status.tasks and tasks(cell, "debris_2") == [("carrying", "ankurbot_1")], 10.0)
+    assert "ankurbot_1 has lost debris_1" in cell.said
+    assert outcome_of(cell).outcome == "succeeded"
+    assert binned(cell) == {"debris_1": True, "debris_2": True}
+    assert [word for word in works(cell) if word.startswith("PICK")] == ["PICK debris_1", "PICK debris_1"]
+
+
+def test_a_new_commander_takes_what_hangs_on_a_hand_to_the_bin():
+    cell = cell_with()
+    until(cell, "carrying")
+    cell.start_commander_again()
+    cell.calibrate()
+    assert cell.request(jump_state=5).success
+    assert outcome_of(cell).outcome == "succeeded"
+    assert works(cell) == ["PICK debris_1", "DROP bin_1"]
+    assert binned(cell) == {"debris_1": True}
+
+
 def test_a_piece_that_falls_beside_the_bin_is_no_success():
     cell = cell_with(params=CommanderParams(removal="bin", give_up_s=3.0))
     until(cell, "dropping")
