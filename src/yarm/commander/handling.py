@@ -16,11 +16,13 @@ from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, SendGoa
 from yarm.commander.goals import ActiveGoal, Purpose
 from yarm.commander.pieces import Refusal
 from yarm.control.actions import MobileAction
-from yarm.geometry import MappedObject
+from yarm.geometry import MappedObject, yaw_of_quaternion
 from yarm.planning.model.types import Goal, GoalKind
 
 ALIGN_M = 0.12
 """A hand is brought over something from at most so far, metres; what lies farther is driven to first."""
+SEARCH_M = (0.0, 0.008, -0.008)
+"""How far beside the middle of a piece, across it, each try goes, metres: where it is seen may be off."""
 
 
 @dataclass
@@ -147,7 +149,7 @@ class Handling:
 
     def _pick(self, job: _Job, now_s: float) -> List[Action]:
         found = self._thing(job.piece)
-        place = None if found is None else self._target(job.robot, found)
+        place = None if found is None else self._target(job.robot, found, SEARCH_M[job.tries % len(SEARCH_M)])
         if place is None:
             return self._lost(job, f"{job.piece} is no longer where {job.robot} stands")
         return [self._send(job, MobileAction.PICK, job.piece, place, now_s)]
@@ -239,10 +241,18 @@ class Handling:
     def _thing(self, name: str) -> Optional[MappedObject]:
         return self._cell.map.objects.get(name) if self._cell.map is not None else None
 
-    def _target(self, robot: str, found: MappedObject) -> Optional[Target]:
-        """Where a robot's end effector goes for something, its heading kept; None when it is too far off for that."""
+    def _target(self, robot: str, found: MappedObject, across_m: float = 0.0) -> Optional[Target]:
+        """Where a robot's end effector goes for something, its heading kept; None when it is too far off for that.
+
+        Args:
+            robot: its name.
+            found: what it goes for.
+            across_m: so far beside the middle, across the longer side that is seen of it.
+        """
         tracked = self._cell.robots.get(robot)
         x, y, _ = self._cell.place_of(found)
+        axis_rad = found.piece.axis_rad if found.piece is not None else yaw_of_quaternion(found.quaternion)
+        x, y = x - across_m * math.sin(axis_rad), y + across_m * math.cos(axis_rad)
         if tracked is None or math.hypot(x - tracked.x, y - tracked.y) > ALIGN_M:
             return None
         return Target(x, y, tracked.nominal_yaw_rad)

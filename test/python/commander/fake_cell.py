@@ -124,6 +124,7 @@ class FakeCell:
         self.fail_next = {}
         self.deletes = True
         self.leaky = set()
+        self.seen_off = (0.0, 0.0)
         self.handless = set()
         self.blocked_bins = set()
         self.said = []
@@ -234,7 +235,7 @@ class FakeCell:
         for name, (x, y) in self.debris.items():
             z = self.heights.get(name, ON_PART_M)
             cells = SPEC.cells_inside([(x + dx, y + dy, z) for dx in (-0.05, 0.0, 0.05) for dy in (-0.02, 0.02)])
-            seen = SeenPiece(12, (x, y, z + 0.02), 0.0, 0.1, 0.04)
+            seen = SeenPiece(12, (x + self.seen_off[0], y + self.seen_off[1], z + 0.02), 0.0, 0.1, 0.04)
             holder = next((robot for robot, body in self.robots.items() if body.holds == name), None)
             on_hand = CarriedPiece(holder, (0.0, 0.0, z - 0.97), (0, 0, 0, 1)) if holder else None
             shown = (NO_CELLS, None, on_hand) if holder else (cells, seen)

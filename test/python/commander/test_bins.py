@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from python.commander.fake_cell import LANDED_M, FakeArm, FakeCell
 from yarm.commander.params import CommanderParams
 
@@ -110,6 +112,15 @@ def test_a_vacuum_that_fails_once_costs_a_try():
     cell.run(lambda: works(cell) == ["PICK debris_1"] * 2, 60.0)
     cell.leaky = set()
     assert outcome_of(cell).outcome == "succeeded"
+    assert binned(cell) == {"debris_1": True}
+
+
+@pytest.mark.parametrize(("off", "tries"), [(-0.024, 2), (0.024, 3)])
+def test_a_piece_that_is_seen_beside_itself_is_found_by_looking_across_it(off, tries):
+    cell = cell_with()
+    cell.seen_off = (0.0, off)
+    assert outcome_of(cell).outcome == "succeeded"
+    assert works(cell) == ["PICK debris_1"] * tries + ["DROP bin_1"]
     assert binned(cell) == {"debris_1": True}
 
 
