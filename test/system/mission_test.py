@@ -10,6 +10,7 @@ import unittest
 
 import rospy
 import rostest
+from rosgraph_msgs.msg import Log as LogMessage
 from yarm.msg import CommanderStatus, Contacts, ObjectRegistry, SafetyStatus, SanderStatus, SimStatus
 from yarm.srv import StateChange
 
@@ -25,7 +26,22 @@ EXPECTED = {
     "3m": ["target_1", "target_2", "target_3"],
     "1m1ma_bin": ["debris_1"],
     "2m1ma_bin": ["debris_1", "debris_2"],
+    "3m6_bin": [f"debris_{i}" for i in range(1, 7)],
+    "mission_disturbed": [f"debris_{i}" for i in range(1, 5)],
 }
+SAID = {
+    "mission_disturbed": [
+        "a piece is moved while it is approached",
+        "a piece slips off the cup",
+        "ankurbot_1 has lost debris_1",
+        "the vacuum fails over a piece",
+        "PICK debris_2 failed, try 1",
+        "a piece falls half over the table's edge",
+        "a piece falls beside it, 1 cm apart",
+        "the bin is moved while it is approached",
+    ]
+}
+"""What must have been logged: that each disturbance has happened, and that it was noticed."""
 WALL_LIMIT_S = 1000.0
 
 
@@ -43,6 +59,8 @@ class Heard:
         self.seen = set()
         self.holds = []
         self.bins = {}
+        self.said = []
+        rospy.Subscriber("/rosout", LogMessage, self._on_log, queue_size=1000)
         rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100)
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, self._on_contacts, queue_size=1000)
         rospy.Subscriber(names.sander_status(ARM), SanderStatus, self._on_sander, queue_size=1000)
@@ -81,6 +99,10 @@ class Heard:
         with self.condition:
             self.bins = dict(zip(message.debris, message.bins))
             self.condition.notify_all()
+
+    def _on_log(self, message):
+        with self.condition:
+            self.said.append(message.msg)
 
     def _on_safety(self, message):
         with self.condition:
@@ -135,7 +157,7 @@ class MissionTest(unittest.TestCase):
         else:
             self.wait(lambda: not set(expected) & self.heard.present, "what was reached to be deleted")
         self.idle("the mission")
-        if debris:
+        if debris and self.heard.sander:
             self.check_pause_cycle()
         self.ask(CommanderStatus.CLEANUP, next_state=True)
         self.idle("the way home")
@@ -144,6 +166,8 @@ class MissionTest(unittest.TestCase):
         with self.heard.condition:
             failures = [f"{t:.2f} s: {c.body_a} {c.link_a} / {c.body_b} {c.link_b}" for t, c in self.heard.failures]
             self.assertEqual(failures, [], "contacts by ground truth")
+            unsaid = [words for words in SAID.get(self.scene, []) if not any(words in said for said in self.heard.said)]
+            self.assertEqual(unsaid, [], f"not said; said: {self.heard.said}")
 
     def check_pause_cycle(self):
         """Sanding, pause, lift, and sanding again from where it stopped."""

@@ -229,8 +229,9 @@ class SimulationNode:
     def _run_script(self) -> None:
         if self._params.sync and round(self._world.time_s / TICK_S) % SYNC_EVENT_TICKS:
             return
+        holding = frozenset(name for name, hand in self._world.hands.items() if hand.grasping)
         now = Situation(
-            self._world.time_s, self._inbox.commander_state, dict(self._inbox.raster), self._world.seed_xy()
+            self._world.time_s, self._inbox.commander_state, dict(self._inbox.raster), self._world.seed_xy(), holding
         )
         for event in self._script.fired(now):
             self._fire(event)
@@ -246,11 +247,15 @@ class SimulationNode:
                 rospy.logwarn("event %s: %s is not in the cell, nothing pushed", event.name, event.push)
             elif event.move and not self._world.walk(event.move, event.dx_m, event.dy_m, event.speed_mps):
                 rospy.logwarn(
-                    "event %s: %s is no unregistered obstacle of the cell, nothing moved", event.name, event.move
+                    "event %s: %s is neither a bin nor an obstacle nobody registered, nothing moved",
+                    event.name,
+                    event.move,
                 )
+            elif event.vacuum and not self._world.fail_vacuum(event.vacuum, not event.enabled):
+                rospy.logwarn("event %s: %s has no hand, nothing switched", event.name, event.vacuum)
             elif event.camera:
                 others = tuple(camera for camera in self._off if camera != event.camera)
-                self._off = others if event.camera_on else (*others, event.camera)
+                self._off = others if event.enabled else (*others, event.camera)
         except SpawnError as error:
             rospy.logwarn("event %s: %s; tried again in a second", event.name, error)
             self._script.again(event, self._world.time_s + 1.0)

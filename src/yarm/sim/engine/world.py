@@ -211,8 +211,8 @@ class SimWorld:
         if held or float(np.linalg.norm(velocity)) >= AT_REST_MPS:
             return ""
         middle = self._root_pose(uid)[:, 3]
-        within = (spec for spec in self.scene.bins if bins.inside(np.linalg.inv(spec.station.pose) @ middle))
-        return next((spec.name for spec in within), "")
+        within = (spec.name for spec in self.scene.bins if bins.inside(self._in_bin(spec.name, middle)))
+        return next(within, "")
 
     def clearances(self) -> List[ClearanceReading]:
         """Least distance between each robot (and arm) and everything it must not touch."""
@@ -268,10 +268,15 @@ class SimWorld:
         return True
 
     def walk(self, name: str, dx_m: float, dy_m: float, speed_mps: float) -> bool:
-        """Let an obstacle nobody registered walk along (dx, dy), metres; it stops for nothing. False without one."""
+        """Let an obstacle nobody registered, or a bin, go along (dx, dy), metres; it stops for nothing.
+
+        Returns:
+            false without one.
+        """
         body = self.bodies.get(name)
         distance = float(np.hypot(dx_m, dy_m))
-        if body is None or body.kind != ObjectKind.OBSTACLE or body.registered or distance == 0.0:
+        walks = body is not None and (name in {spec.name for spec in self.scene.bins} or not body.registered)
+        if body is None or body.kind != ObjectKind.OBSTACLE or not walks or distance == 0.0:
             return False
         if name not in self._walked:
             self._walked[name] = body.static_frames[name].copy()
@@ -280,6 +285,13 @@ class SimWorld:
         velocity = np.array([dx_m, dy_m, 0.0]) * speed_mps / distance
         self._walks.append(_Walk(name, velocity, distance / speed_mps))
         return True
+
+    def fail_vacuum(self, robot: str, failed: bool) -> bool:
+        """Let the vacuum of a robot's hand fail, or work again; false for a robot without a hand."""
+        hand = self.hands.get(robot)
+        if hand is not None:
+            hand.fail(failed)
+        return hand is not None
 
     def failures(self) -> List[Contact]:
         """Contacts that nobody may make, since contacts were last taken."""
@@ -318,6 +330,12 @@ class SimWorld:
         position, quaternion = pybullet.getBasePositionAndOrientation(uid, physicsClientId=self._client)
         pose: FloatArray = transform_matrix(position, quaternion) @ np.linalg.inv(com_offset(self._client, uid))
         return pose
+
+    def _in_bin(self, name: str, point: FloatArray) -> FloatArray:
+        """A point (4,) of the world in a bin's frame: the middle of its floor area, wherever the bin was moved to."""
+        pose = self.transforms()[name].copy()
+        pose[2, 3] -= bins.RIM_M
+        return np.asarray(np.linalg.inv(pose) @ point)
 
     def _apply_pushes(self) -> None:
         for push in self._pushes:

@@ -43,7 +43,7 @@ class SuctionCup:
         """
         self._client, self._uid, self._link, self._holding_n = client, uid, link, holding_n
         self._T_link_cup = T_link_cup
-        self._on = False
+        self._on, self._works = False, True
         self._constraint: Optional[int] = None
         self._held: Optional[int] = None
         self._taken: FloatArray = np.eye(4)
@@ -74,6 +74,10 @@ class SuctionCup:
         self._on = False
         self._release()
 
+    def fail(self, failed: bool = True) -> None:
+        """Let the vacuum fail, or work again: without it the cup takes nothing and loses what it holds."""
+        self._works = not failed
+
     def press_n(self) -> Dict[int, float]:
         """Force of the cup on each body that it touches, N."""
         forces: Dict[int, float] = {}
@@ -84,10 +88,11 @@ class SuctionCup:
     def update_cup(self) -> None:
         """Take, hold or lose."""
         if self._held is not None:
-            if float(np.linalg.norm(self._in_cup(self._held)[:3, 3] - self._taken[:3, 3])) > TORN_M:
+            torn_m = float(np.linalg.norm(self._in_cup(self._held)[:3, 3] - self._taken[:3, 3]))
+            if torn_m > TORN_M or not self._works:
                 self.lost += 1
                 self._release()
-        elif self._on:
+        elif self._on and self._works:
             pressed = {body: force for body, force in self.press_n().items() if force > PRESS_N}
             body = max(pressed, key=lambda uid: pressed[uid], default=None)
             if body is not None and self._covers(body):

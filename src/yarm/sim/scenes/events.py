@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Callable, List, Mapping, Optional, Tuple
+from typing import Callable, FrozenSet, List, Mapping, Optional, Tuple
 
 from yarm.sim.scenes.specs import ThingSpec
 from yarm.yaml_fields import Faults, Fields
@@ -20,6 +20,7 @@ class When(str, Enum):
     STATE = "state"
     RASTER = "raster"
     ROBOT = "robot"
+    HOLDING = "holding"
 
 
 class Do(str, Enum):
@@ -30,11 +31,12 @@ class Do(str, Enum):
     PUSH = "push"
     MOVE = "move"
     CAMERA = "camera"
+    VACUUM = "vacuum"
 
 
 @dataclass(frozen=True)
 class Trigger:
-    """When an event fires; exactly one of the four is used.
+    """When an event fires; exactly one of the five is used.
 
     Attributes:
         time_s: at this simulated time.
@@ -44,6 +46,7 @@ class Trigger:
         robots: when the end effector of one of these robots comes nearer than ``below_m`` to ``near``, horizontally.
         near: name of the object it comes near to.
         below_m: that distance, metres.
+        holding: when something hangs on the hand of this robot.
         after_s: delay from then on, s.
     """
 
@@ -54,12 +57,13 @@ class Trigger:
     robots: Tuple[str, ...] = ()
     near: str = ""
     below_m: float = 0.0
+    holding: str = ""
     after_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happens; exactly one of spawn, delete, push, move, camera is used.
+    """One thing that happens; exactly one of spawn, delete, push, move, camera, vacuum is used.
 
     Attributes:
         name: for messages.
@@ -67,12 +71,14 @@ class Event:
         spawn: object to put into the cell.
         delete: name of an object to take away.
         push: name of a debris to push along (``dx_m``, ``dy_m``) at PUSH_SPEED_MPS.
-        move: name of an obstacle nobody registered that walks along (``dx_m``, ``dy_m``), whatever is in its way.
+        move: name of an obstacle nobody registered, or of a bin, that goes along (``dx_m``, ``dy_m``), whatever is in
+            its way.
         dx_m: along world x, metres.
         dy_m: along world y, metres.
         speed_mps: of a move, m/s.
         camera: number of the overhead camera to switch, 1 to 4; 0 for none.
-        camera_on: switch it on or off.
+        vacuum: name of a robot whose hand's vacuum fails, or works again.
+        enabled: of a camera or a vacuum: on or off.
     """
 
     name: str
@@ -85,11 +91,13 @@ class Event:
     dy_m: float = 0.0
     speed_mps: float = 1.0
     camera: int = 0
-    camera_on: bool = True
+    vacuum: str = ""
+    enabled: bool = True
 
     def names(self) -> Tuple[str, ...]:
         """Names of the objects it speaks of, which must exist."""
-        named = (self.when.arm, *self.when.robots, self.when.near, self.delete, self.push, self.move)
+        when = (self.when.arm, *self.when.robots, self.when.near, self.when.holding)
+        named = (*when, self.delete, self.push, self.move, self.vacuum)
         return tuple(name for name in named if name)
 
 
@@ -102,12 +110,14 @@ class Situation:
         commander_state: name of the Commander's state; empty while unknown.
         raster: share of its raster that each manipulator has done; none while unknown.
         positions: x, y of each object's seed, metres, world.
+        holding: robots on whose hands something hangs.
     """
 
     time_s: float
     commander_state: str = ""
     raster: Mapping[str, float] = field(default_factory=dict)
     positions: Mapping[str, Tuple[float, float]] = field(default_factory=dict)
+    holding: FrozenSet[str] = frozenset()
 
 
 class Script:
@@ -141,6 +151,8 @@ def _holds(when: Trigger, now: Situation) -> bool:
     if when.raster is not None:
         done = [share for arm, share in now.raster.items() if when.arm in ("", arm)]
         return max(done, default=0.0) >= when.raster
+    if when.holding:
+        return when.holding in now.holding
     to = now.positions.get(when.near)
     places = [now.positions[robot] for robot in when.robots if robot in now.positions]
     return to is not None and any((x - to[0]) ** 2 + (y - to[1]) ** 2 < when.below_m**2 for x, y in places)
@@ -171,7 +183,9 @@ def _action(name: str, when: Trigger, kind: Do, action: Fields, spawn_reader: Ca
     if kind is Do.DELETE:
         return Event(name, when, delete=action.text("delete"))
     if kind is Do.CAMERA:
-        return Event(name, when, camera=action.whole("camera", 1, 4, 1), camera_on=action.flag("enabled"))
+        return Event(name, when, camera=action.whole("camera", 1, 4, 1), enabled=action.flag("enabled"))
+    if kind is Do.VACUUM:
+        return Event(name, when, vacuum=action.text("vacuum"), enabled=action.flag("enabled"))
     if kind is Do.MOVE:
         return Event(
             name,
@@ -204,6 +218,8 @@ def _trigger(fields: Fields) -> Trigger:
     elif kinds[0] is When.RASTER:
         arm = fields.text("manipulator") if fields.has("manipulator") else ""
         trigger = Trigger(raster=fields.number("raster", 0.0, 1.0, ""), arm=arm, after_s=after_s)
+    elif kinds[0] is When.HOLDING:
+        trigger = Trigger(holding=fields.text("holding"), after_s=after_s)
     else:
         trigger = Trigger(
             robots=tuple(fields.text("robot").split()),

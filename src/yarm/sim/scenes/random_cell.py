@@ -351,8 +351,8 @@ def _camera(draft: Draft) -> None:
     number, begin_s = draft.count(1, 4), draft.within((0.0, FALL_S))
     again = Trigger(state="BOUNDLESS", after_s=begin_s + draft.within((3.0, 20.0)))
     fails = Trigger(state="BOUNDLESS", after_s=begin_s)
-    draft.events.append(Event(f"camera {number} fails", fails, camera=number, camera_on=False))
-    draft.events.append(Event(f"camera {number} is back", again, camera=number, camera_on=True))
+    draft.events.append(Event(f"camera {number} fails", fails, camera=number, enabled=False))
+    draft.events.append(Event(f"camera {number} is back", again, camera=number, enabled=True))
 
 
 def _unreachable(draft: Draft) -> None:

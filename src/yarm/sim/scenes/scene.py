@@ -303,7 +303,7 @@ def _goal_names(scene: Scene) -> Set[str]:
 
 
 def _check_event_names(scene: Scene, faults: Faults) -> None:
-    known = {spec.name for specs in (scene.robots, scene.arms, scene.things) for spec in specs}
+    known = {spec.name for specs in (scene.robots, scene.arms, scene.bins, scene.things) for spec in specs}
     known |= {event.spawn.name for event in scene.events if event.spawn is not None}
     for event in scene.events:
         for name in event.names():

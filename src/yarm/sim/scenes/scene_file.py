@@ -67,6 +67,8 @@ def _when(when: Trigger) -> Dict[str, Any]:
         values = {"state": when.state}
     elif when.raster is not None:
         values = {"raster": _m(when.raster), **({"manipulator": when.arm} if when.arm else {})}
+    elif when.holding:
+        values = {"holding": when.holding}
     else:
         values = {"robot": " ".join(when.robots), "near": when.near, "below": _m(when.below_m)}
     return {**values, "after": _m(when.after_s)} if when.after_s else values
@@ -78,6 +80,8 @@ def _do(event: Event) -> Dict[str, Any]:
     if event.delete:
         return {"delete": event.delete}
     if event.camera:
-        return {"camera": event.camera, "enabled": event.camera_on}
+        return {"camera": event.camera, "enabled": event.enabled}
+    if event.vacuum:
+        return {"vacuum": event.vacuum, "enabled": event.enabled}
     by = {"dx": _m(event.dx_m), "dy": _m(event.dy_m)}
     return {"move": event.move, **by, "speed": _m(event.speed_mps)} if event.move else {"push": event.push, **by}

@@ -248,6 +248,22 @@ def test_an_unregistered_obstacle_walks_at_its_speed_and_the_cameras_see_it_wher
         assert "person" not in world.transforms()
 
 
+def test_a_bin_is_moved_with_what_lies_in_it_and_the_truth_goes_along() -> None:
+    with SimWorld(load_scene("1m1ma_bin")) as world:
+        world.spawn(ThingSpec("debris_1", "Debris", 0.45, -1.45, 0.10))
+        world.run(1.0)
+        before = world.transforms()["bin_1"][:3, 3].copy()
+        assert world.bin_of("debris_1") == "bin_1"
+        assert world.walk("bin_1", 0.3, 0.0, 0.3)
+        world.run(2.5)
+        assert world.transforms()["bin_1"][:3, 3] - before == pytest.approx([0.3, 0.0, 0.0], abs=1e-6)
+        assert world.transforms()["debris_1"][0, 3] > 0.45 + 0.1
+        assert world.bin_of("debris_1") == "bin_1"
+        world.spawn(ThingSpec("debris_2", "Debris", 0.38, -1.45, 0.05))
+        world.run(1.0)
+        assert world.bin_of("debris_2") == ""
+
+
 def run_hash(seconds: float) -> str:
     """Hash of every pose of a busy second run: driving, turning, arm, debris pushed."""
     digest = hashlib.sha256()

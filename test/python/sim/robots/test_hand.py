@@ -180,6 +180,39 @@ def test_weak_suction_loses_the_piece(world: SimWorld) -> None:
     assert height(world, uid) < TABLE_M + DEBRIS_M
 
 
+@pytest.mark.parametrize("aside", [-0.005, 0.0, 0.005])
+def test_of_two_pieces_side_by_side_the_one_under_the_cup_is_taken(world: SimWorld, aside: float) -> None:
+    """5 mm apart: the cup rests on both, and the other may bear more of its force."""
+    uid = put(world, dy=aside, yaw=0.0)
+    for name, dy in (("debris_2", 0.065), ("debris_3", -0.065)):
+        world.spawn(ThingSpec(name, "Debris", PLACE[0], PLACE[1] + aside + dy, TABLE_M + 0.025, 0.0))
+    world.run(0.5)
+    hand = hand_of(world)
+    lower(world, hand)
+    assert hand.held_uid == uid
+    hand.lift_to(0.0)
+    world.run(1.5)
+    assert hand.held_uid == uid and height(world, uid) > TABLE_M + 0.1
+
+
+def test_without_vacuum_a_piece_is_lost_and_none_is_taken_until_it_works_again(world: SimWorld) -> None:
+    hand, uid = hand_of(world), put(world)
+    lower(world, hand)
+    hand.lift_to(0.0)
+    world.run(0.4)
+    assert hand.held_uid == uid
+    assert world.fail_vacuum("ankurbot_1", True) and not world.fail_vacuum("nobody", True)
+    world.run(1.5)
+    assert not hand.grasping and hand.lost == 1 and height(world, uid) < TABLE_M + DEBRIS_M
+    lower(world, hand)
+    assert not hand.grasping
+    hand.lift_to(0.0)
+    world.run(1.5)
+    world.fail_vacuum("ankurbot_1", False)
+    lower(world, hand)
+    assert hand.held_uid == uid
+
+
 def test_a_piece_that_is_deleted_is_no_longer_held(world: SimWorld) -> None:
     put(world)
     hand = hand_of(world)

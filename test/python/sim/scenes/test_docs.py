@@ -17,7 +17,7 @@ def test_the_example_scene_is_good() -> None:
     block = re.search(r"```yaml\n(.*?)```", TEXT, re.S)
     assert block is not None
     scene = scene_from(yaml.safe_load(block.group(1)), "docs/simulation.md")
-    assert len(scene.events) == 4
+    assert len(scene.events) == 5
 
 
 @pytest.mark.parametrize("page", ["simulation.md", "exploration.md"])

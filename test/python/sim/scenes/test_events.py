@@ -47,3 +47,10 @@ def test_an_event_can_be_tried_again() -> None:
     script.again(event, 2.0)
     assert script.fired(Situation(1.5)) == ()
     assert script.fired(Situation(2.0)) == (event,)
+
+
+def test_what_hangs_on_a_hand_triggers() -> None:
+    script = Script((Event("slips", Trigger(holding="r", after_s=0.5), vacuum="r", enabled=False),))
+    assert names(script, Situation(1.0, holding=frozenset("q"))) == []
+    assert names(script, Situation(2.0, holding=frozenset("qr"))) == []
+    assert names(script, Situation(2.5)) == ["slips"]

@@ -111,7 +111,7 @@ def test_each_kind_has_its_trouble() -> None:
         assert everything(slips)[push.push].kind == ObjectKind.DEBRIS
         assert any(not t.registered for t in random_cell("unregistered", seed).things)
         off, on = (event for event in random_cell("camera", seed).events if event.camera)
-        assert (off.camera, off.camera_on, on.camera_on) == (on.camera, False, True)
+        assert (off.camera, off.enabled, on.enabled) == (on.camera, False, True)
         assert on.when.after_s > off.when.after_s
         crowded = random_cell("crowded", seed)
         stands = {(robot.x, robot.y) for robot in crowded.robots}

@@ -42,7 +42,7 @@ def test_every_trigger_and_action_is_written() -> None:
         vary=None,
         events=(
             Event("a", Trigger(time_s=3.0), delete="target_1"),
-            Event("b", Trigger(raster=0.5, arm="hc10_barc", after_s=1.0), camera=2, camera_on=False),
+            Event("b", Trigger(raster=0.5, arm="hc10_barc", after_s=1.0), camera=2, enabled=False),
             Event("c", Trigger(robots=("ankurbot_1",), near="target_1", below_m=0.5), push="target_1", dx_m=0.1),
         ),
     )
