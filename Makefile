@@ -18,7 +18,7 @@ $(if $(UNKNOWN),$(error unknown variable $(UNKNOWN): make knows $(KNOWN); see `m
 help:
 	@echo 'make setup      install Debian packages and the virtual environment (quick when done)'
 	@echo 'make build      build messages, perception and its tests'
-	@echo 'make demo       run one experiment end to end, headless: CASE=1m1ma|2m1ma|1m1ma_bin|2m1ma_bin|3m|single|1m1ma_target|explore|inspect|coursework SEED=3'
+	@echo 'make demo       run one experiment end to end, headless: CASE=1m1ma|2m1ma|1m1ma_bin|2m1ma_bin|3m6_bin|3m|single|1m1ma_target|explore|inspect|coursework SEED=3'
 	@echo 'make test       everything: unit, rostest and system tests; TESTS="-k name" narrows it'
 	@echo 'make test-fast  the tests that need no ROS, under a minute'
 	@echo 'make lint       formatters, linters, type checks, launch files, boundaries'

@@ -48,6 +48,12 @@ CASES: Mapping[str, Case] = {
             min_replans=1,
             everybody=True,
         ),
+        Case(
+            "3m6_bin",
+            "three robots with hands carry six debris to two bins, the HC10 tucked away",
+            480.0,
+            everybody=True,
+        ),
         Case("2m2ma", "two robots, two HC10s sanding at stations of their own", 300.0, min_pauses=2),
         Case("3m", "three robots cross, the HC10 tucked away", 240.0),
         Case("single", "one robot past the table, no HC10", 120.0),

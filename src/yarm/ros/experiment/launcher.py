@@ -45,8 +45,8 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--case",
         default="1m1ma",
-        help="1m1ma, 2m1ma, 1m1ma_bin, 2m1ma_bin, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random or a "
-        "scene file",
+        help="1m1ma, 2m1ma, 1m1ma_bin, 2m1ma_bin, 3m6_bin, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random "
+        "or a scene file",
     )
     options.add_argument("--kind", choices=KINDS, help="random: kind of the cell; all in turn by the seed unless given")
     options.add_argument("--arena", default="practice", help="explore: shipped arena, or an arena file")

@@ -113,6 +113,7 @@ def test_every_published_case_is_there() -> None:
         "2m1ma",
         "1m1ma_bin",
         "2m1ma_bin",
+        "3m6_bin",
         "2m2ma",
         "3m",
         "single",

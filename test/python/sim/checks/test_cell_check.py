@@ -29,11 +29,12 @@ def test_every_shipped_scene_can_be_done(name: str) -> None:
     assert len(findings) >= 3
 
 
-@pytest.mark.parametrize("name", ["1m1ma", "1m1ma_bin", "2m1ma", "2m1ma_bin"])
+@pytest.mark.parametrize("name", ["1m1ma", "1m1ma_bin", "2m1ma", "2m1ma_bin", "3m6_bin"])
 def test_the_cells_of_debris_can_be_done_with_hands_too(name: str) -> None:
-    findings = check_scene(load_scene(name), hands=True)
+    scene = load_scene(name)
+    findings = check_scene(scene, hands=True)
     assert [finding.text for finding in findings if not finding.holds] == []
-    assert any("clear of the hovering" in finding.text for finding in findings)
+    assert any("clear of the hovering" in finding.text for finding in findings) is bool(scene.working_arms)
 
 
 def test_a_hand_must_get_to_every_bin() -> None:
