@@ -21,6 +21,10 @@ from yarm.geometry.kinds import ObjectKind
 from yarm.planning.model.types import Column, FleetPlan, Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
 from yarm.planning.tasks.task_queue import TaskQueue
 from yarm.planning.why.causes import Circumstances
+from yarm.robots.ankurbot import HAND_CUP_M, HAND_STROKE_M
+
+SEEN_LOW_M = 0.03
+"""The top of a piece may be seen so much too low, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +133,13 @@ class CellState:
         self.sights.see(cell_map.objects)
         for name, refusal in list(self.refused.items()):
             found = cell_map.objects.get(name)
-            if found is None or math.dist(found.position_m[:2], refusal.xy) > REFUSED_MOVED_M:
+            moved = found is None or math.dist(found.position_m[:2], refusal.xy) > REFUSED_MOVED_M
+            if found is None or moved or self.bin_of(found):
                 del self.refused[name]
+        for thing in self.of_kind(GoalKind.DEBRIS) if self.bins else []:
+            reason = self._too_low(thing)
+            if reason:
+                self.refused.setdefault(thing.name, Refusal(reason, (thing.position_m[0], thing.position_m[1])))
         columns = {}
         for thing in self.of_kind(GoalKind.DEBRIS) + self.of_kind(GoalKind.TARGET) + self.bins:
             columns[thing.name] = self._held(cell_map.spec, self.place_of(thing), self._goal_columns.get(thing.name))
@@ -148,6 +157,17 @@ class CellState:
                 self.loads[robot] = Load(piece, self.pieces.get(piece), seen=True)
             elif load is not None and (load.seen or holds is False):
                 del self.loads[robot]
+
+    def _too_low(self, thing: MappedObject) -> str:
+        """Why a piece lies too low for any hand; empty when it does not, is carried, or lies in a bin."""
+        if thing.carried or thing.name in self.carried or self.bin_of(thing):
+            return ""
+        tips = [found.position_m[2] for found in self.of_kind(ObjectKind.MOBILE)]
+        reach_m = min(tips, default=math.inf) - HAND_CUP_M - HAND_STROKE_M
+        top_m = self.place_of(thing)[2]
+        if top_m > reach_m - SEEN_LOW_M or not tips:
+            return ""
+        return f"its top is {top_m:.2f} m high, and the hands reach down to {reach_m:.2f} m"
 
     def open_goals(self) -> Dict[str, Goal]:
         """Debris and targets on the map that nobody is done with, by name; and the bins, for each robot with a load."""

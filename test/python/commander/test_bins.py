@@ -124,6 +124,20 @@ def test_a_piece_that_is_seen_beside_itself_is_found_by_looking_across_it(off, t
     assert binned(cell) == {"debris_1": True}
 
 
+def test_a_piece_too_low_for_the_hands_is_refused_with_the_numbers_and_nobody_goes_there():
+    cell = cell_with([PIECE, (0.9, 0.0)], params=CommanderParams(removal="bin", give_up_s=3.0))
+    cell.heights["debris_2"] = 0.02
+    status = outcome_of(cell)
+    assert status.outcome == "failed"
+    assert status.reason == "debris_2: its top is 0.04 m high, and the hands reach down to 0.61 m"
+    assert tasks(cell, "debris_2") == [("unreachable", "")]
+    assert works(cell) == ["PICK debris_1", "DROP bin_1"]
+    cell.heights["debris_2"], cell.debris["debris_2"] = 0.75, PIECE
+    assert cell.request(current_state=True).success
+    assert outcome_of(cell).outcome == "succeeded"
+    assert binned(cell) == {"debris_1": True, "debris_2": True}
+
+
 def test_what_was_given_back_is_a_goal_again_once_it_has_moved():
     cell = cell_with()
     cell.leaky = {"ankurbot_1"}

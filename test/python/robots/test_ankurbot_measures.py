@@ -19,6 +19,7 @@ from yarm.robots.ankurbot import (
     CASTER_XY_M,
     CASTERS,
     EE_HEIGHT_M,
+    HAND_CUP_M,
     HAND_STROKE_M,
     WHEEL_RADIUS_M,
 )
@@ -35,9 +36,10 @@ def test_reach_height_and_radius(model: UrdfModel) -> None:
     assert body.half_extent[0] == pytest.approx(BODY_RADIUS_M)
 
 
-def test_the_hands_stroke() -> None:
+def test_the_hands_stroke_and_cup() -> None:
     model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand="true"))
     assert model.joints["lift_joint"].upper == pytest.approx(HAND_STROKE_M)
+    assert model.joints["lift_joint"].T_parent_child[2, 3] == pytest.approx(-HAND_CUP_M)
 
 
 def test_casters_and_wheels(model: UrdfModel) -> None:
