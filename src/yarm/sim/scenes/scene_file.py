@@ -17,14 +17,15 @@ LISTS = {ObjectKind.DEBRIS: "debris", ObjectKind.TARGET: "targets", ObjectKind.O
 
 
 def scene_text(scene: Scene) -> str:
-    """The YAML of a scene with manipulators at the origin, without models and without ranges to vary.
+    """The YAML of a scene with manipulators at the origin, without bins, models and ranges to vary.
 
     Raises:
         ValueError: it has something else, which would be lost.
     """
     things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
-    if scene.vary is not None or any(t.model for t in things) or any(a.station.pose[:2, 3].any() for a in scene.arms):
-        raise ValueError(f"{scene.name}: ranges to vary, models and stations elsewhere are not written")
+    elsewhere = any(arm.station.pose[:2, 3].any() for arm in scene.arms)
+    if scene.vary is not None or scene.bins or elsewhere or any(thing.model for thing in things):
+        raise ValueError(f"{scene.name}: bins, ranges to vary, models and stations elsewhere are not written")
     values: Dict[str, Any] = {
         "name": scene.name,
         "about": scene.about,

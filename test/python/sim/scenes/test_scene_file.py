@@ -44,6 +44,7 @@ def test_every_trigger_and_action_is_written() -> None:
             Event("a", Trigger(time_s=3.0), delete="target_1"),
             Event("b", Trigger(raster=0.5, arm="hc10_barc", after_s=1.0), camera=2, enabled=False),
             Event("c", Trigger(robots=("ankurbot_1",), near="target_1", below_m=0.5), push="target_1", dx_m=0.1),
+            Event("d", Trigger(holding="ankurbot_1", after_s=0.5), vacuum="ankurbot_1", enabled=False),
         ),
     )
     assert scene_from(yaml.safe_load(scene_text(scene)), "written").events == scene.events
@@ -53,3 +54,5 @@ def test_what_would_be_lost_is_refused() -> None:
     for name in ("2m2ma", "2m1ma"):
         with pytest.raises(ValueError, match="are not written"):
             scene_text(load_scene(name))
+    with pytest.raises(ValueError, match="bins"):
+        scene_text(replace(load_scene("1m1ma_bin"), vary=None))
