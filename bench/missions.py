@@ -25,7 +25,7 @@ from yarm.experiments.run.writers import is_finished
 from yarm.experiments.statistics import wilson_interval
 from yarm.ros.experiment.launcher import run as run_experiment
 
-CASES = ("1m1ma", "2m1ma", "3m")
+CASES = ("1m1ma", "2m1ma", "3m", "1m1ma_bin", "2m1ma_bin", "3m6_bin")
 
 
 def summaries(results: Path, case: str, seeds: range, limit_s: float, flags: Sequence[str]) -> List[Dict[str, Any]]:
