@@ -20,7 +20,7 @@ from rosgraph_msgs.msg import Clock, Log
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
-from yarm.msg import BumperEvent, Contacts, SimStatus
+from yarm.msg import BumperEvent, Contacts, SimStatus, StepAck
 
 from yarm.geometry import Pose2, yaw_of_quaternion
 from yarm.resources import resource
@@ -259,15 +259,40 @@ class RoomTest(unittest.TestCase):
             for word in words:
                 self.assertIn(word, done.stdout + done.stderr)
 
-    def test_j_a_lock_step_without_its_participants_ends_and_names_them(self) -> None:
-        elsewhere = [f"{topic}:=/elsewhere{topic}" for topic in ("/clock", "/tf", "/tf_static")]
+    def elsewhere(self) -> List[str]:
+        """A command: another room in lock-step, in a namespace of its own."""
+        topics = [f"{topic}:=/elsewhere{topic}" for topic in ("/clock", "/tf", "/tf_static")]
         settings = ["_sync:=true", "_participants:=[nobody]", "_wait_for_map:=false", "_sync_timeout:=1.0"]
         arena = f"_arena:={resource('test', 'ros', 'room_arena.yaml')}"
-        script = str(resource("scripts", "room_simulation"))
-        command = [sys.executable, script, "__ns:=elsewhere", *elsewhere, *settings, arena]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=WALL_LIMIT_S, check=False)
+        return [
+            sys.executable,
+            str(resource("scripts", "room_simulation")),
+            "__ns:=elsewhere",
+            *topics,
+            *settings,
+            arena,
+        ]
+
+    def test_j_a_lock_step_without_its_participants_ends_and_names_them(self) -> None:
+        done = subprocess.run(self.elsewhere(), capture_output=True, text=True, timeout=WALL_LIMIT_S, check=False)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assertIn("lock-step cannot start: nobody has not acknowledged", done.stdout + done.stderr)
+
+    def test_k_a_lock_step_does_not_begin_before_commands_would_arrive(self) -> None:
+        """Somebody answers each moment, and is not connected to the base."""
+        acks = rospy.Publisher(f"/elsewhere/{names.STEP_ACK}", StepAck, queue_size=10)
+
+        def answer(message: Clock) -> None:
+            ack = StepAck(node="nobody")
+            ack.header.stamp = message.clock
+            acks.publish(ack)
+
+        clock = rospy.Subscriber("/elsewhere/clock", Clock, answer)
+        with subprocess.Popen(self.elsewhere(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as child:
+            said = child.communicate(timeout=WALL_LIMIT_S)[0]
+        clock.unregister()
+        self.assertEqual(child.returncode, 1, said)
+        self.assertIn(f"lock-step cannot start: nobody is connected to {names.BASE_VELOCITY}", said)
 
     def test_z_started_again_it_begins_anew(self) -> None:
         before_s = self.now()

@@ -74,7 +74,7 @@ class ExploredRoom:
         self.statuses: List[ExplorerStatus] = []
         self.told: List[tuple] = []
         self._acks: Dict[str, StepAck] = {}
-        self._told_before, self._own_before, self._heard_ns = 0, 0, -1
+        self._told_before, self._heard_ns = 0, -1
         self._ticks = round(now_s / PASS_S)
         self.renew()
         advertise = rospy.Publisher
@@ -102,8 +102,6 @@ class ExploredRoom:
         if now_s is not None:
             with self.changed:
                 self._ticks = round(now_s / PASS_S)
-                gate = self._acks.get(names.GATE_NODE)
-                self._own_before = 0 if gate is None else gate.commands_sent  # the gate counts on, the explorer anew
                 self._told_before, self._heard_ns = len(self.told), -1
                 self._acks.clear()
 
@@ -231,7 +229,7 @@ class ExploredRoom:
             acks = [self._acks.get(node) for node in wanted]
             if any(ack is None or ack.header.stamp < stamp for ack in acks):
                 return False
-            sent = sum(ack.commands_sent for ack in acks) - self._own_before
+            sent = sum(ack.commands_sent for ack in acks)
             return not alive or (len(self.told) - self._told_before >= sent and self._heard_ns >= stamp.to_nsec())
 
         end = time.monotonic() + LIMIT_S

@@ -54,8 +54,8 @@ class VelocityGate:
         self._sync = params.sync
         self._lock = threading.Lock()
         self._gate = Gate(params.lease)
-        self._now_s, self._sent_s = 0.0, 0.0
-        self._reason, self._own = "", 0
+        self._reason = ""
+        self._begin()
         topic, kind = STATUS[params.lease]
         self._door = Doorkeeper(topic)
         self._base = rospy.Publisher(names.BASE_VELOCITY, Twist, queue_size=10, tcp_nodelay=True)
@@ -66,6 +66,11 @@ class VelocityGate:
         self._leases = rospy.Subscriber(topic, kind, self._on_status, queue_size=10, tcp_nodelay=True)
         self._ticks = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=100, tcp_nodelay=True)
 
+    def _begin(self) -> None:
+        """Nothing was wanted yet, and nothing said."""
+        self._now_s, self._sent_s = 0.0, 0.0
+        self._own, self._asked = 0, False
+
     def _on_status(self, message: Said) -> None:
         lease = lease_of(message)
         with self._lock:
@@ -75,7 +80,7 @@ class VelocityGate:
 
     def _on_command(self, message: Twist) -> None:
         with self._lock:
-            self._now_s = max(self._now_s, rospy.get_time())
+            self._now_s, self._asked = max(self._now_s, rospy.get_time()), True
             self._gate.want(Command(message.linear.x, message.angular.z), self._now_s)
             self._send(self._gate.step(self._now_s))
 
@@ -84,11 +89,19 @@ class VelocityGate:
             self._now_s = message.clock.to_sec()
             passed = self._gate.step(self._now_s)
             since_s = self._now_s - self._sent_s
-            if since_s >= SILENT_S or (passed.reason and passed.reason != self._reason):
-                self._own += 1 if self._base.get_num_connections() else 0
+            if self._may_speak() and (since_s >= SILENT_S or (passed.reason and passed.reason != self._reason)):
+                self._own += 1
                 self._send(passed)
             if self._sync:
                 self._acknowledge(message.clock)
+
+    def _may_speak(self) -> bool:
+        """In lock-step not before the first command; the base stands till then.
+
+        A word said while the base connects may be lost, or heard without being counted. The base would wait for one
+        command too many, or too few, ever after.
+        """
+        return self._asked or not self._sync
 
     def _acknowledge(self, stamp: rospy.Time) -> None:
         """Lock-step: this tick is done, as soon as the node is connected on all sides; what it said unasked counts."""
@@ -108,7 +121,7 @@ class VelocityGate:
     def _on_clock_reset(self) -> None:
         with self._lock:
             self._gate.reset()
-            self._sent_s = 0.0
+            self._begin()
 
 
 def main() -> None:

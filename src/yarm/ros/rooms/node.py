@@ -48,10 +48,16 @@ class RoomInbox(Jobs):
         super().__init__()
         self._world = world
         self.map_ns = -1
-        rospy.Subscriber(names.BASE_VELOCITY, Twist, self._on_velocity, queue_size=10, tcp_nodelay=True)
+        self._velocity = rospy.Subscriber(
+            names.BASE_VELOCITY, Twist, self._on_velocity, queue_size=10, tcp_nodelay=True
+        )
         if sync:
             rospy.Subscriber(names.STEP_ACK, StepAck, self.on_ack, queue_size=100, tcp_nodelay=True)
             rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=100, tcp_nodelay=True)
+
+    def commanded(self) -> bool:
+        """Somebody is connected whose commands would arrive."""
+        return int(self._velocity.get_num_connections()) > 0
 
     def _on_velocity(self, message: Twist) -> None:
         v, w = message.linear.x, message.angular.z
@@ -164,6 +170,8 @@ class RoomSimulationNode:
             self._publish()
             self._inbox.work_until(time.monotonic() + HOLD_S)
             missing = self._missing()
+            if missing is None and self._params.participants and not self._inbox.commanded():
+                missing = f"nobody is connected to {names.BASE_VELOCITY}"
 
     def _wait_for_participants(self) -> None:
         limit = time.monotonic() + self._params.sync_timeout
