@@ -3,6 +3,7 @@
 #include "yarm/ros/names.hpp"
 #include "yarm/ros/unused_params.hpp"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/PoseArray.h>
 #include <std_msgs/Bool.h>
 #include <std_msgs/String.h>
@@ -56,6 +57,7 @@ void Amcl::connect(ros::NodeHandle& own) {
   cloud_publisher_ = handle_.advertise<geometry_msgs::PoseArray>(names::PARTICLE_CLOUD, kQueue, true);
   localised_publisher_ = own.advertise<std_msgs::Bool>("localised", kQueue, true);
   reason_publisher_ = own.advertise<std_msgs::String>("reason", kQueue, true);
+  state_publisher_ = own.advertise<diagnostic_msgs::DiagnosticArray>("state", kQueue, true);
   scans_ = handle_.subscribe(names::SCAN, kScanQueue, &Amcl::onScan, this, ros::TransportHints().tcpNoDelay());
   maps_ = handle_.subscribe(names::MAP, 1, &Amcl::onMap, this);
   poses_ = handle_.subscribe(names::INITIAL_POSE, kQueue, &Amcl::onInitialPose, this);
@@ -235,6 +237,7 @@ void Amcl::take(const slam::Scan& scan) {
     publishPose(scan_stamp_);
   }
   publishCloud(scan_stamp_);
+  publishState(scan_stamp_);
   tell();
 }
 
@@ -273,6 +276,18 @@ void Amcl::publishCloud(const ros::Time& stamp) {
     message.poses.push_back(poseMessage(pose));
   }
   cloud_publisher_.publish(message);
+}
+
+void Amcl::publishState(const ros::Time& stamp) {
+  diagnostic_msgs::DiagnosticArray message;
+  message.header.stamp = stamp;
+  message.header.frame_id = result_.has_pose && params_.tf_broadcast ? params_.global_frame_id : "";
+  message.status.resize(1);
+  diagnostic_msgs::DiagnosticStatus& status = message.status.front();
+  status.name = "amcl: place";
+  status.level = result_.localised ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
+  status.message = result_.reason;
+  state_publisher_.publish(message);
 }
 
 void Amcl::tell() {

@@ -11,11 +11,12 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import SetMap
@@ -86,6 +87,7 @@ class Player(ScanPlayer):
         self.poses: List[PoseWithCovarianceStamped] = self.hear("amcl_pose", PoseWithCovarianceStamped)
         self.localised: List[Bool] = self.hear("amcl/localised", Bool)
         self.reasons: List[String] = self.hear("amcl/reason", String)
+        self.states: List[DiagnosticArray] = self.hear("amcl/state", DiagnosticArray)
         self.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
         self.initial = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=2)
 
@@ -96,11 +98,17 @@ class Player(ScanPlayer):
             f"a cloud of {moment.stamp_ns} ns",
             lambda: bool(self.clouds) and self.clouds[-1].header.stamp.to_nsec() == moment.stamp_ns,
         )
+        self.wait(f"a state of {moment.stamp_ns} ns", lambda: self.state_of(moment) is not None)
+
+    def state_of(self, moment: slam_log.Moment) -> Optional[DiagnosticArray]:
+        """What the node says became of a moment."""
+        return next((s for s in reversed(self.states) if s.header.stamp.to_nsec() == moment.stamp_ns), None)
 
     def forget_answers(self) -> None:
         with self.changed:
             self.clouds.clear()
             self.poses.clear()
+            self.states.clear()
             self.T_map_odom = UNKNOWN
 
     def is_localised(self) -> bool:
@@ -111,7 +119,8 @@ class Player(ScanPlayer):
         """Play until the node says that it is; number of the last moment played."""
         for i, moment in enumerate(moments):
             self.offer(moment)
-            if self.is_localised():
+            if self.state_of(moment).status[0].level == DiagnosticStatus.OK:
+                self.wait("the same word for people", self.is_localised)
                 self.wait("pose and transform of that moment", lambda now=moment: self.is_sure(now))
                 return i
         raise AssertionError(f"not localised: {self.reasons[-1].data}")
@@ -186,11 +195,15 @@ class AmclTest(unittest.TestCase):
         self.player.wait_for_health("not localised: no pose is known")
         first = self.tour.moments[1]
         self.player.offer(first)
+        state = self.player.state_of(first)
+        self.assertEqual((state.header.frame_id, state.status[0].level), ("", DiagnosticStatus.WARN))
+        self.assertIn("no pose is known", state.status[0].message)
         spread = np.std([planar(pose)[0] for pose in self.player.clouds[-1].poses])
         self.assertGreater(spread, 1.0)
         last = 2 + self.player.until_localised(self.tour.moments[2:TURN])
         self.assertGreater(last, 140)
-        self.player.wait("the word that it is localised", self.player.is_localised)
+        state = self.player.state_of(self.tour.moments[last])
+        self.assertEqual((state.header.frame_id, state.status[0].message), ("map", ""))
         self.player.wait("no reason against it", lambda: self.player.reasons[-1].data == "")
         self.check(self.tour.moments[last], self.tour.moments[last].truth)
         off = []

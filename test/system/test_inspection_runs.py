@@ -47,6 +47,13 @@ def inspected(tmp_path_factory: pytest.TempPathFactory) -> Tuple[Path, str]:
     return inspect(tmp_path_factory.mktemp("inspected"), "inspect_room")
 
 
+def test_the_same_seed_gives_the_same_round(inspected: Tuple[Path, str], tmp_path: Path) -> None:
+    """Byte for byte: what happened and when, where the robot was, what it saw in each image, what it read."""
+    again, _ = inspect(tmp_path, "inspect_again")
+    for name in ("events.csv", "orders.csv", "path.csv", "views.csv", "result.csv", "result.txt", "touches.csv"):
+        assert (again / name).read_bytes() == (inspected[0] / name).read_bytes(), name
+
+
 def test_it_reads_four_of_four_and_is_home(inspected: Tuple[Path, str]) -> None:
     folder, output = inspected
     summary = yaml.safe_load((folder / "summary.yaml").read_text())

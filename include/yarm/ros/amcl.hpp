@@ -25,8 +25,9 @@
 namespace yarm {
 
 /// In: scan, map, initialpose, tf odom -> base -> sensor. Out: amcl_pose (latched), particlecloud (latched), ~localised
-/// and ~reason (latched, on change), tf map -> odom once a pose is believed, /diagnostics. Services:
-/// global_localization, request_nomotion_update, set_map. When /clock goes back it starts afresh in the same map.
+/// and ~reason (latched, on change), ~state (latched, each scan), tf map -> odom once a pose is believed, /diagnostics.
+/// Services: global_localization, request_nomotion_update, set_map. When /clock goes back it starts afresh in the same
+/// map.
 class Amcl : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
@@ -56,6 +57,9 @@ class Amcl : public PolledNode {
   void drop(const std::string& key, const std::string& reason);
   void publishPose(const ros::Time& stamp);
   void publishCloud(const ros::Time& stamp);
+  // What was made of the scan of a stamp: level OK when localised, its message why not; in the map's frame when the
+  // transform of that stamp was sent too, else in none.
+  void publishState(const ros::Time& stamp);
   void tell();
   void reset();
   void diagnose();
@@ -79,6 +83,7 @@ class Amcl : public PolledNode {
   ros::Publisher cloud_publisher_;
   ros::Publisher localised_publisher_;
   ros::Publisher reason_publisher_;
+  ros::Publisher state_publisher_;
   ros::Subscriber scans_;
   ros::Subscriber maps_;
   ros::Subscriber poses_;

@@ -77,6 +77,17 @@ PLACE: Tuple[Topic, ...] = (
         meaning="the place is known: small spread, and the scan agrees with the map",
     ),
     Topic(f"{AMCL}/reason", "std_msgs/String", AMCL, "people", "on change", "", True, 10, "why it is not"),
+    Topic(
+        names.AMCL_STATE,
+        "diagnostic_msgs/DiagnosticArray",
+        AMCL,
+        names.INSPECTOR_NODE,
+        "each scan",
+        names.MAP_FRAME,
+        True,
+        10,
+        "what became of the scan of this stamp: OK when localised, else why not; without frame when no place was sent",
+    ),
 )
 DRIVING: Tuple[Topic, ...] = (
     Topic(

@@ -60,9 +60,10 @@ class InspectionRun:
         """
         self._params, self._given = params, given
         self._layout = find_layout(params.layout)
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
         self._recorder = RoundRecorder()
         self._truth: Optional[Pose2] = None
+        self._truth_s = -math.inf
         self._touching: Dict[str, float] = {}
         self._last: Optional[SessionStep] = None
         self._verdicts: Tuple[Verdict, ...] = ()
@@ -79,8 +80,10 @@ class InspectionRun:
         ]
 
     def passed(self, seen: Senses, step: SessionStep, verdicts: Tuple[Verdict, ...]) -> None:
-        """A pass of the inspector."""
+        """A pass of the inspector; in lock-step the truth of that moment may still be on its way."""
         with self._lock:
+            if self._given.params.sync:
+                self._lock.wait_for(lambda: self._truth_s >= seen.now_s - 1e-6, self._given.params.sync_wait)
             self._now_s, self._last, self._verdicts = seen.now_s, step, verdicts
             if step.step is None or step.observation is None or self._truth is None:
                 return
@@ -173,7 +176,8 @@ class InspectionRun:
 
     def _on_truth(self, message: OdometryMessage) -> None:
         with self._lock:
-            self._truth = pose2_of_pose(message.pose.pose)
+            self._truth, self._truth_s = pose2_of_pose(message.pose.pose), message.header.stamp.to_sec()
+            self._lock.notify_all()
 
     def _on_contacts(self, message: Contacts) -> None:
         at_s = message.header.stamp.to_sec()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Deque, List, Optional
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import Image
-from std_msgs.msg import Bool, String
 
-from yarm.inspection.senses import Picture, Senses
+from yarm.inspection.senses import PLACE_AGE_S, Picture, Senses
 from yarm.navigation.grid_map import GridMap
 from yarm.ros.common import names
 from yarm.ros.common.readings import listen
@@ -16,7 +17,7 @@ from yarm.ros.common.robot_inputs import RobotInputs
 from yarm.ros.inspection.images import take_camera_picture
 from yarm.ros.inspection.navigation_link import NavigationLink
 from yarm.ros.inspection.params import InspectorParams
-from yarm.tags.picture_watch import PictureWatch
+from yarm.tags.picture_watch import SILENT_S, PictureWatch
 
 PICTURE_DELAY_S = 0.1
 """In lock-step a picture counts from so long after its stamp, so that it counts at the same pass in every run, s."""
@@ -29,10 +30,10 @@ class InspectorInputs(RobotInputs):
     def __init__(self, params: InspectorParams, navigation: NavigationLink) -> None:
         """Listen from now on."""
         self._params, self._navigation = params, navigation
+        self._pictured = self._told = False
         super().__init__(params)
         self._subscribers += [
-            listen(names.AMCL_LOCALISED, Bool, self._on_localised, 10),
-            listen(names.AMCL_REASON, String, self._on_reason, 10),
+            listen(names.AMCL_STATE, DiagnosticArray, self._on_state, 10),
             listen(names.RGB_IMAGE, Image, self._on_image, 1),
         ]
 
@@ -41,8 +42,14 @@ class InspectorInputs(RobotInputs):
         super().forget()
         with self._changed:
             self._localised, self._place_fault = False, ""
+            self._state_s, self._placed, self._picture_s = -math.inf, False, -math.inf
             self._pictures: Deque[Image] = deque(maxlen=MOST_PICTURES)
             self._camera = PictureWatch()
+
+    def together(self) -> bool:
+        """Lock-step: everybody whose word the first pass has to know of has been heard since the node began."""
+        heard = self._pictured and self._told and self._map is not None and self._navigation.heard()
+        return heard and super().together()
 
     @property
     def map(self) -> Optional[GridMap]:
@@ -76,7 +83,16 @@ class InspectorInputs(RobotInputs):
             )
 
     def _stamps(self, now_s: float) -> List[float]:
-        return [*super()._stamps(now_s), *([self._place_s()] if self._localised else [])]
+        """The picture that counts now and the localisation's word on the scan too, unless they have fallen silent.
+
+        The place is waited for when the localisation has given one.
+        """
+        stamps = super()._stamps(now_s)
+        if now_s - self._picture_s <= SILENT_S:
+            stamps.append(self._picture_s + PICTURE_DELAY_S)
+        if now_s - self._state_s <= PLACE_AGE_S:
+            stamps += [self._state_s, *([self._place_s()] if self._placed else [])]
+        return stamps
 
     def _picture(self, now_s: float) -> Optional[Picture]:
         """The newest that counts, if it can be used."""
@@ -93,17 +109,20 @@ class InspectorInputs(RobotInputs):
             return None
         return None if self._camera.take(stamp_s, grey, now_s) else Picture(stamp_s, grey)
 
-    def _on_localised(self, message: Bool) -> str:
+    def _on_state(self, message: DiagnosticArray) -> str:
+        if len(message.status) != 1:
+            return f"{len(message.status)} states, expected one"
+        state = message.status[0]
         with self._changed:
-            self._localised = bool(message.data)
-        return ""
-
-    def _on_reason(self, message: String) -> str:
-        with self._changed:
-            self._place_fault = str(message.data)
+            self._localised, self._place_fault = state.level == DiagnosticStatus.OK, str(state.message)
+            self._told = True
+            self._state_s, self._placed = message.header.stamp.to_sec(), bool(message.header.frame_id)
+            self._changed.notify_all()
         return ""
 
     def _on_image(self, message: Image) -> str:
         with self._changed:
             self._pictures.append(message)
+            self._pictured, self._picture_s = True, message.header.stamp.to_sec()
+            self._changed.notify_all()
         return ""

@@ -33,6 +33,7 @@ class NavigationLink:
         self._watch = GoalWatch()
         self._serial = 0
         self._name = ""
+        self._heard = False
         self._goal = rospy.Publisher(names.move_base("goal"), MoveBaseActionGoal, queue_size=10, tcp_nodelay=True)
         self._cancel = rospy.Publisher(names.move_base("cancel"), GoalID, queue_size=10, tcp_nodelay=True)
         self._clear = rospy.ServiceProxy(names.move_base("clear_costmaps"), Empty)
@@ -47,6 +48,10 @@ class NavigationLink:
     def connected(self) -> bool:
         """Goals and cancellations are heard."""
         return all(int(publisher.get_num_connections()) > 0 for publisher in (self._goal, self._cancel))
+
+    def heard(self) -> bool:
+        """The server has said that it lives, ever since this node began."""
+        return self._heard
 
     def forget(self) -> None:
         """Time went backwards: no goal is known."""
@@ -110,6 +115,7 @@ class NavigationLink:
         return message
 
     def _on_status(self, message: GoalStatusArray) -> None:
+        self._heard = True
         known = {status.goal_id.id for status in message.status_list}
         with self._lock:
             self._watch.heard_status(known, rospy.get_time())
