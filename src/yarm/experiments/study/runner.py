@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import hashlib
 import importlib
 import json
@@ -191,11 +193,24 @@ def run_trials(
 
 
 def attempt(run: Callable[[S], R], spec: S) -> Any:
-    """The trial's result, or the exception it raised."""
+    """The trial's result, or the exception it raised; what else the trial has used is free again afterwards."""
     try:
         return run(spec)
     except Exception as error:  # whatever it is, the other trials go on
         return error
+    finally:
+        give_back()
+
+
+def give_back() -> None:
+    """Free what hangs in circles of references, and give freed memory back to the machine.
+
+    A worker's threads keep the pieces that a trial has freed: 0.3 GB more after each round of inspection.
+    """
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc has it
+    if trim is not None:
+        trim(0)
 
 
 def _run_distributed(
