@@ -22,7 +22,7 @@ from yarm.experiments.statistics import percentile
 from yarm.experiments.study.runner import Progress, run_trials
 from yarm.inspection.model import OURS, REPORT
 from yarm.sim.scenes.layout_file import find_layout
-from yarm.sim.scenes.layout_maker import KINDS, SEEDS
+from yarm.sim.scenes.layout_maker import BENCHMARK
 
 HEADER = (
     "controller",
@@ -44,7 +44,7 @@ PAIRED = (REPORT, OURS)
 
 def specs_of(layouts: int, controllers: Sequence[str] = PAIRED, world: str = KINEMATIC) -> List[InspectSpec]:
     """Every controller in the first so many layouts, kinds alternating, paired."""
-    names = [(kind, seed) for seed in range(SEEDS) for kind in KINDS][:layouts]
+    names = BENCHMARK[:layouts]
     return [InspectSpec(kind, seed, controller, 0, world) for kind, seed in names for controller in controllers]
 
 

@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from yarm.geometry import BoolArray, FloatArray, Pose2, wrap_angle
 from yarm.robots import turtlebot
+from yarm.sim.checks.finding import Finding
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
 from yarm.sim.scenes.arena import Block, BlockKind
 from yarm.sim.scenes.layout import Layout
@@ -44,6 +45,20 @@ def sights(layout: Layout) -> Tuple[Sight, ...]:
     """The best look at each tag from where the disc can get to from the start."""
     places = _Places(layout)
     return tuple(_best(layout, number, places) for number in range(1, len(layout.boxes) + 1))
+
+
+def check_layout(layout: Layout) -> Tuple[Finding, ...]:
+    """For each tag whether enough of it is seen from somewhere that the robot can get to."""
+    found = []
+    for sight in sights(layout):
+        where = "from nowhere that the robot gets to"
+        if sight.pose is not None:
+            at = sight.pose
+            where = f"from ({at.x:.2f}, {at.y:.2f}), {math.degrees(at.yaw_rad):.0f} deg"
+        text = f"box {sight.box}: {100 * sight.share:.0f} % of its face is seen {where}"
+        least = f" (at least {100 * LEAST_SHARE:.0f} %, by a disc of {DISC_M} m)"
+        found.append(Finding(sight.share >= LEAST_SHARE, text + least))
+    return tuple(found)
 
 
 def visible_share(layout: Layout, number: int, pose: Pose2) -> float:

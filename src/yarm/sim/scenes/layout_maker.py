@@ -17,6 +17,8 @@ from yarm.sim.scenes.layout import BLANK, Layout, walls
 KINDS = ("open", "wall", "cluster", "corridor")
 SEEDS = 25
 """Of each kind; all of them together are the benchmark's layouts."""
+BENCHMARK = tuple((kind, seed) for seed in range(SEEDS) for kind in KINDS)
+"""Kind and seed of each of them; kinds alternate, so that a part of them is even."""
 BOXES, TAGS = 10, 15
 HALF_M = 3.0
 DEPTHS_M = (0.16, 0.32)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Tuple
 
 import pytest
 
 from yarm.geometry import Pose2
+from yarm.resources import package_root
 from yarm.robots.turtlebot import RGB_MOUNT
 from yarm.sim.checks.layout_check import DISC_M, sights, visible_share
 from yarm.sim.kinematic.flat_boxes import FlatBoxes
@@ -25,6 +30,26 @@ def layout(*more: Block, start: Tuple[float, float] = (2.0, 0.0)) -> Layout:
 def before(distance_m: float, aside_m: float = 0.0) -> Pose2:
     """The robot's base so far before the middle of the box, its camera looking back at it."""
     return Pose2(distance_m, aside_m - RGB_MOUNT.y, 3.14159265)
+
+
+def test_the_script_says_of_each_tag_from_where_it_is_seen_and_fails_when_one_is_not(tmp_path: Path) -> None:
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        environment = {**os.environ, "PYTHONPATH": str(package_root() / "src")}
+        command = [sys.executable, str(package_root() / "scripts" / "arena_check"), "--layouts", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment, check=False)
+
+    good = run()
+    assert good.returncode == 0 and good.stdout.count("  ok   box ") == 10, good.stdout
+    scenes = package_root() / "scenes" / "inspection"
+    text = (scenes / "practice.yaml").read_text()
+    boxes = (scenes / "practice_boxes.yaml").read_text()
+    turned = boxes.replace("x: -1.99914, y: -2.13877, phi: 2.34732", "x: -2.20, y: -2.13877, phi: 3.14159")
+    assert turned != boxes
+    (tmp_path / "turned.yaml").write_text(text)
+    (tmp_path / "practice_boxes.yaml").write_text(turned)
+    bad = run(str(tmp_path / "turned.yaml"), "nowhere_1")
+    assert bad.returncode == 1 and "no such layout" in bad.stdout, bad.stdout
+    assert "FAIL box 5: 0 % of its face is seen from nowhere" in bad.stdout, bad.stdout
 
 
 def test_half_a_metre_away_the_robot_hides_the_lower_third() -> None:
