@@ -19,9 +19,10 @@ from yarm.navigation.costmap import Costmap, points_near
 from yarm.navigation.follower import Drive, PathFollower, room_ahead
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.ground import PlanSettings
-from yarm.navigation.move_base_params import MoveBaseParams
+from yarm.navigation.move_base_params import BACK_OFF, CLEAR, TURN, MoveBaseParams
 from yarm.navigation.overlay import Overlay
 from yarm.navigation.path_check import check_path
+from yarm.navigation.retreat import RETREAT_M, Retreat, Trail
 from yarm.navigation.ways import Way, find_way
 from yarm.robots import turtlebot
 from yarm.robots.turtlebot import BumperEvent
@@ -47,6 +48,10 @@ NEARER_SHARE = 0.5
 """Of the tolerance: a robot farther than this from the end of its way can still get nearer to the goal."""
 LOOK_M = 1.0
 """The map is looked at so far around the robot for what is ahead."""
+
+
+RECOVERED = {CLEAR: "forgot what was seen", BACK_OFF: "backed off", TURN: "turned once"}
+"""What was done about a way that could not be driven, in words."""
 
 
 class Status(Enum):
@@ -117,7 +122,10 @@ class _Attempt:
     no_way_s: Optional[float] = None
     standing_s: Optional[float] = None
     missing_s: Optional[float] = None
-    tried: List[str] = field(default_factory=list)
+    tried: int = 0
+    stuck: Optional[Pose2] = None
+    done: List[str] = field(default_factory=list)
+    retreat: Optional[Retreat] = None
     turned_rad: float = 0.0
     turn_yaw: Optional[float] = None
     turn_s: float = 0.0
@@ -142,6 +150,7 @@ class MoveBase:
         self._way: Way = Way()
         self._backing_m = 0.0
         self._pose: Optional[Pose2] = None
+        self._trail = Trail()
         self._events: List[str] = []
 
     @property
@@ -195,6 +204,7 @@ class MoveBase:
         self.cancel()
         self._costmap, self._grid, self._map_count, self._scan_s = None, None, -1, -math.inf
         self._pose = None
+        self._trail = Trail()
         self._overlay = Overlay()
 
     def clear_costmaps(self) -> None:
@@ -233,6 +243,9 @@ class MoveBase:
         attempt.missing_s = None
         if self._backing_m > 0.0:
             return self._back()
+        if attempt.retreat is not None:
+            return self._retreat(seen, seen.pose, attempt, attempt.retreat)
+        self._trail.note(seen.pose)
         if attempt.turn_yaw is not None:
             return self._turn(seen.now_s, seen.pose, attempt)
         return self._drive(seen, attempt.approach.place(seen.pose, seen.odometry), attempt)
@@ -323,7 +336,8 @@ class MoveBase:
             attempt.progress, attempt.progress_s = pose, now_s
         elif attempt.progress.distance(pose) >= self._params.oscillation_distance:
             attempt.progress, attempt.progress_s = pose, now_s
-            attempt.tried = []
+            if attempt.stuck is None or attempt.stuck.distance(pose) >= self._params.oscillation_distance + RETREAT_M:
+                attempt.tried, attempt.done = 0, []
 
     def _plan(self, now_s: float, pose: Pose2, attempt: _Attempt) -> str:
         """Keep the way, or find another when it is time or the way is blocked; why there is none, or empty."""
@@ -383,23 +397,39 @@ class MoveBase:
 
     def _recover(self, now_s: float, pose: Pose2, attempt: _Attempt, reason: str) -> Step:
         """The next recovery, or the end."""
-        kinds = ["forgot what was seen", "turned once"] if self._params.recovery_behavior_enabled else []
-        if not self._params.clearing_rotation_allowed:
-            kinds = kinds[:1]
-        left = kinds[len(attempt.tried) :]
-        if not left:
-            tried = f"; {', '.join(attempt.tried)} before" if attempt.tried else ""
-            return self._abort(reason + tried)
-        attempt.tried.append(left[0])
-        self._events.append(f"recovers ({left[0]}): {reason}")
+        way = self._trail.back()
+        kinds = [kind for kind in self._params.recoveries()[attempt.tried :] if kind != BACK_OFF or len(way) > 1]
+        if not kinds:
+            before = ", ".join(attempt.done)
+            return self._abort(f"{reason}; {before} before" if before else reason)
+        kind = kinds[0]
+        attempt.tried = self._params.recoveries().index(kind, attempt.tried) + 1
+        attempt.done.append(RECOVERED[kind])
+        self._events.append(f"recovers ({RECOVERED[kind]}): {reason}")
         self._follower.stop()
         attempt.approach.end()
         self.clear_costmaps()
         attempt.planned_s, attempt.no_way_s, attempt.standing_s = -math.inf, None, None
-        attempt.progress, attempt.progress_s = pose, now_s
-        if len(attempt.tried) == 2:
+        attempt.progress, attempt.progress_s, attempt.stuck = pose, now_s, pose
+        if kind == TURN:
             attempt.turn_yaw, attempt.turned_rad, attempt.turn_s = pose.yaw_rad, 0.0, now_s
+        elif kind == BACK_OFF:
+            attempt.retreat = Retreat(way, now_s)
         return self._stand()
+
+    def _retreat(self, seen: Observation, pose: Pose2, attempt: _Attempt, retreat: Retreat) -> Step:
+        """Back along the way it came, as long as nothing stands on it."""
+        grid = self.grid
+        assert grid is not None
+        before = len(retreat.way)
+        drive = retreat.step(pose, seen.now_s)
+        self._trail.cut(before - len(retreat.way))
+        left = np.concatenate([np.array([[pose.x, pose.y]]), retreat.way])
+        clear = check_path(grid, left, self._params.robot_radius - SLACK_M).clear
+        if drive is None or not clear or (drive.v_mps > 0.0 and self._ahead(seen, pose) < TOUCHING_M):
+            attempt.retreat, attempt.progress, attempt.progress_s = None, pose, seen.now_s
+            return self._stand()
+        return Step(Status.ACTIVE, drive, events=tuple(self._events))
 
     def _turn(self, now_s: float, pose: Pose2, attempt: _Attempt) -> Step:
         """Once round in place."""

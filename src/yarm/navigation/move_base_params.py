@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Tuple
 
 from yarm.navigation.costmap import CostmapSettings
 from yarm.navigation.follower import FollowSettings
@@ -11,6 +12,8 @@ from yarm.params import param
 
 NEAR_SHARE = 0.5
 """What is near ahead is passed at this share of the greatest speed."""
+CLEAR, BACK_OFF, TURN = "clear", "back_off", "turn"
+"""Recovery behaviours."""
 ARRIVE_SHARE = 0.25
 """Of the tolerance: the follower ends up to twice this from the end of the way."""
 
@@ -25,7 +28,14 @@ class MoveBaseParams:
     controller_patience: float = param(3.0, "s", "standing on a way for so long: recovery", 0.1, 600.0)
     oscillation_timeout: float = param(10.0, "s", "less than oscillation_distance in so long: recovery", 1.0, 600.0)
     oscillation_distance: float = param(0.2, "m", "what counts as getting on", 0.01, 5.0)
-    recovery_behavior_enabled: bool = param(True, "", "forget obstacles, then turn once, before giving up")
+    recovery_behavior_enabled: bool = param(True, "", "recover before giving up")
+    recovery_behaviors: Tuple[str, ...] = param(
+        (CLEAR, BACK_OFF, TURN),
+        "",
+        "one after the other until one helps, each after forgetting what was seen: nothing more, back along the way it "
+        "came, once round",
+        choices=(CLEAR, BACK_OFF, TURN),
+    )
     clearing_rotation_allowed: bool = param(True, "", "turning once is among the recoveries")
     sensor_patience: float = param(
         5.0, "s", "without scan, transform or map for so long: the goal is given up", 0.5, 600
@@ -45,6 +55,11 @@ class MoveBaseParams:
     def period_s(self) -> float:
         """Between two commands."""
         return 1.0 / self.controller_frequency
+
+    def recoveries(self) -> Tuple[str, ...]:
+        """The recovery behaviours that are allowed, in their order."""
+        allowed = self.recovery_behaviors if self.recovery_behavior_enabled else ()
+        return tuple(kind for kind in allowed if kind != TURN or self.clearing_rotation_allowed)
 
     def plan_settings(self) -> PlanSettings:
         """For the planner."""

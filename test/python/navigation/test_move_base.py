@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from python.navigation.driving import Drive, map_of
+from python.navigation.driving import Drive, map_of, outline
 from support.rooms import block
 from yarm.geometry import Pose2, wrap_angle
 from yarm.navigation.approach import MOST
+from yarm.navigation.bodies import with_bodies
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.move_base import MoveBase, Observation, Status, Step
 from yarm.navigation.path_check import check_path
@@ -184,6 +185,54 @@ class TestNoWay:
         assert [event.split(":")[0] for event in drive.events if "recovers" in event] == [
             "recovers (forgot what was seen)", "recovers (turned once)"
         ]  # fmt: skip
+
+    def test_one_that_has_driven_backs_off_along_the_way_it_came_and_then_gives_up(self) -> None:
+        drive = Drive()
+        drive.go(1.4, 0.6)
+        drive.run(until=lambda _: drive.here.x > 0.55)
+        drive.put(block("person", 1.4, 0.6, (0.35, 0.35, 0.6)))
+        drive.run(60.0, until=lambda _: any("backed off" in event for event in drive.events))
+        stuck = drive.here
+        drive.run(20.0, until=lambda _: drive.here.distance(stuck) > 0.3)
+        assert drive.steps[-1].drive is not None and drive.steps[-1].drive.v_mps < 0.0
+        assert math.hypot(drive.here.x, drive.here.y) < math.hypot(stuck.x, stuck.y)
+        step = drive.run(200.0)
+        assert step.status is Status.ABORTED and not drive.world.touches
+        assert "forgot what was seen, backed off, turned once before" in step.reason, step.reason
+
+    def test_who_steps_in_again_each_time_it_comes_back_is_given_up_on(self) -> None:
+        drive = Drive()
+        drive.go(1.4, 0.0)
+        person, there = block("person", 1.4, 0.0, (0.35, 0.35, 0.6)), False
+
+        def step_in(_: Step) -> bool:
+            nonlocal there
+            wanted = drive.here.x > (0.45 if there else 0.6)
+            if wanted != there:
+                there = wanted
+                drive.put(*([person] if there else []))
+            return False
+
+        step = drive.run(200.0, until=step_in)
+        assert step.status is Status.ABORTED
+        assert len([event for event in drive.events if event.startswith("recovers")]) == 3, drive.events
+        assert "forgot what was seen, backed off, turned once before" in step.reason, step.reason
+
+    def test_it_does_not_back_into_what_the_map_has_behind_it(self) -> None:
+        drive = Drive()
+        drive.go(1.4, 0.6)
+        drive.run(until=lambda _: drive.here.x > 0.55)
+        behind = block("behind", drive.here.x - 0.5, drive.here.y - 0.25, (0.2, 0.6, 0.6))
+        drive.put(block("person", 1.4, 0.6, (0.35, 0.35, 0.6)), behind)
+        drive.map, drive.map_count = with_bodies(map_of(drive.arena), [outline(behind)]), 2
+        step = drive.run(200.0)
+        assert step.status is Status.ABORTED and not drive.world.touches
+        assert "backed off" in step.reason, step.reason
+
+    def test_recoveries_come_as_they_are_listed(self) -> None:
+        drive = Drive(PERSON, known=[], recovery_behaviors=("turn", "clear"))
+        drive.go(0.9, 0.0)
+        assert "turned once, forgot what was seen before" in drive.run(200.0).reason
 
     def test_without_recoveries_it_is_given_up_when_patience_ends(self) -> None:
         drive = Drive(PERSON, known=[], recovery_behavior_enabled=False)

@@ -31,3 +31,12 @@ def test_they_reach_planner_follower_and_costmap() -> None:
     assert params.follow_settings().max_speed_mps == 0.2 and params.follow_settings().tick_s == 0.2
     assert 2.0 * params.follow_settings().arrive_m <= params.xy_goal_tolerance
     assert params.costmap_settings().obstacle_range_m == 2.5
+
+
+def test_recoveries_are_those_that_are_allowed() -> None:
+    assert MoveBaseParams().recoveries() == ("clear", "back_off", "turn")
+    assert build(MoveBaseParams, {"clearing_rotation_allowed": False}).recoveries() == ("clear", "back_off")
+    assert build(MoveBaseParams, {"recovery_behavior_enabled": False}).recoveries() == ()
+    assert build(MoveBaseParams, {"recovery_behaviors": ["turn"]}).recoveries() == ("turn",)
+    with pytest.raises(ParamError, match="back_off"):
+        build(MoveBaseParams, {"recovery_behaviors": ["turn", "spin"]})
