@@ -24,6 +24,10 @@ MOST_VIEWS = 12
 AGAIN_S = 25.0
 """What a view that does not decide costs: coming back for another."""
 LEAST_CHANCE = 0.05
+ALIKE_M, ALIKE_DEG = 0.15, 20.0
+"""Views so far apart, in distance or in angle, are alike by exp(-1/2); chosen, not fitted."""
+LEAST_NEW = 0.25
+"""However like others that did not decide, a view keeps this share of its chance."""
 ROOMY_M, TIGHT_M, TIGHT_S = 0.30, 0.20, 6.0
 """A view with less than the first free around it costs more, with the second or less so much more: the robot is stopped
 before what is that near, and turns there slowly or not at all."""
@@ -75,6 +79,16 @@ def roomy(x: float, y: float) -> float:
     return math.inf
 
 
+def novelty(view: Viewpoint, before: Sequence[Viewpoint]) -> float:
+    """Share of its chance that a view of a box keeps after others of it that did not decide, LEAST_NEW to 1."""
+    kept = 1.0
+    for other in before:
+        far = (view.distance_m - other.distance_m) / ALIKE_M
+        aside = (view.angle_deg - other.angle_deg) / ALIKE_DEG
+        kept *= 1.0 - math.exp(-0.5 * (far**2 + aside**2))
+    return max(kept, LEAST_NEW)
+
+
 class Planner:
     """Solves the rest of a round from wherever the robot stands."""
 
@@ -85,16 +99,23 @@ class Planner:
         self._gap = gap
         self._chances: Dict[Tuple[Box, Viewpoint], float] = {}
 
-    def candidates(self, box: Box, here: Pose2) -> List[Viewpoint]:
-        """Views of a box that can be reached and may decide, the likeliest first."""
-        usual = self._able(box, here, DISTANCES_M, ANGLES_DEG)
-        return usual or self._able(box, here, FAR_DISTANCES_M, FLAT_ANGLES_DEG)
+    def candidates(self, box: Box, here: Pose2, before: Sequence[Viewpoint] = ()) -> List[Viewpoint]:
+        """Views of a box that can be reached and may decide, the likeliest after others that did not first."""
+        usual = self._able(box, here, before, DISTANCES_M, ANGLES_DEG)
+        return usual or self._able(box, here, before, FAR_DISTANCES_M, FLAT_ANGLES_DEG)
 
-    def _able(self, box: Box, here: Pose2, distances_m: Sequence[float], angles_deg: Sequence[int]) -> List[Viewpoint]:
+    def _able(
+        self,
+        box: Box,
+        here: Pose2,
+        before: Sequence[Viewpoint],
+        distances_m: Sequence[float],
+        angles_deg: Sequence[int],
+    ) -> List[Viewpoint]:
         views = [viewpoint(box, distance, angle) for distance in distances_m for angle in angles_deg]
         chances = [self.chance_of(box, view) for view in views]
         reached = np.isfinite(self._lengths(here, [view.pose for view in views]))
-        order = sorted(range(len(views)), key=lambda i: (-chances[i], i))
+        order = sorted(range(len(views)), key=lambda i: (-novelty(views[i], before) * chances[i], i))
         good = [i for i in order if reached[i] and chances[i] >= LEAST_CHANCE]
         return [views[i] for i in good[:MOST_VIEWS]]
 
@@ -104,16 +125,24 @@ class Planner:
             self._chances[box, view] = self._ask(box, view)
         return self._chances[box, view]
 
-    def price_s(self, box: Box, view: Viewpoint) -> float:
-        """What a view costs beside the way to it: that it may not decide, and that there is little room."""
+    def price_s(self, box: Box, view: Viewpoint, before: Sequence[Viewpoint] = ()) -> float:
+        """What a view costs beside the way to it: that it may not decide, and that there is little room.
+
+        Args:
+            box: that is looked at.
+            view: of it.
+            before: views that did not decide; one like them is not likely to.
+        """
         room_m = self._gap(view.pose.x, view.pose.y)
         tight = min(max((ROOMY_M - room_m) / (ROOMY_M - TIGHT_M), 0.0), 1.0)
-        return (1.0 / max(self.chance_of(box, view), LEAST_CHANCE) - 1.0) * AGAIN_S + tight * TIGHT_S
+        chance = novelty(view, before) * self.chance_of(box, view)
+        return (1.0 / max(chance, LEAST_CHANCE) - 1.0) * AGAIN_S + tight * TIGHT_S
 
     def fresh(self, box: Box, here: Pose2, seen: Mapping[int, Sequence[Viewpoint]]) -> List[Viewpoint]:
         """Candidates of a box that were not taken yet."""
-        taken = {(view.distance_m, view.angle_deg) for view in seen.get(box.number, ())}
-        return [view for view in self.candidates(box, here) if (view.distance_m, view.angle_deg) not in taken]
+        before = seen.get(box.number, ())
+        taken = {(view.distance_m, view.angle_deg) for view in before}
+        return [view for view in self.candidates(box, here, before) if (view.distance_m, view.angle_deg) not in taken]
 
     def plan(
         self,
@@ -140,7 +169,7 @@ class Planner:
             if not fresh:
                 unreachable.append(box.number)
             views += fresh
-            prices += [self.price_s(box, view) for view in fresh]
+            prices += [self.price_s(box, view, seen.get(box.number, ())) for view in fresh]
         worth = {box.number: value for box, value in boxes.items()}
         tour = self._solve(here, home, views, prices, worth, budget)
         return Plan(tuple(views[i] for i in tour.stops), tour.cost, tuple(unreachable), tour.gap)

@@ -144,7 +144,7 @@ def test_a_blocked_view_is_answered_by_another_of_the_same_box() -> None:
 
 
 def test_a_box_that_is_blocked_from_everywhere_ends_with_the_reason() -> None:
-    world = World(Round(PRACTICE, straight, likely), fails=lambda order: order.goal.distance(PRACTICE[4].pose) < 0.9)
+    world = World(Round(PRACTICE, straight, likely), fails=lambda order: order.goal.distance(PRACTICE[4].pose) < 1.0)
     end = world.run()
     verdict = next(v for v in world.tour.verdicts if v.box == 5)
     assert end.stage == Stage.DONE and verdict.reading.tag == UNSEEN and "blocked" in verdict.reason

@@ -11,8 +11,19 @@ import pytest
 from yarm.geometry import FloatArray, Pose2
 from yarm.inspection.boxes import Box
 from yarm.inspection.tour import MOST_EXACT
-from yarm.inspection.tour_plan import MOST_VIEWS, ROOMY_M, TIGHT_M, TIGHT_S, Budget, Planner
-from yarm.inspection.viewpoints import Viewpoint
+from yarm.inspection.tour_plan import (
+    ALIKE_DEG,
+    ALIKE_M,
+    LEAST_NEW,
+    MOST_VIEWS,
+    ROOMY_M,
+    TIGHT_M,
+    TIGHT_S,
+    Budget,
+    Planner,
+    novelty,
+)
+from yarm.inspection.viewpoints import Viewpoint, viewpoint
 
 HOME = Pose2(0.0, 0.0)
 ROW = tuple(Box(i + 1, Pose2(1.5 * i, 3.0, -math.pi / 2)) for i in range(4))
@@ -71,6 +82,31 @@ def test_a_view_that_was_taken_is_not_taken_again() -> None:
         view = planner.plan(HOME, HOME, FIRST, seen, PLENTY).views[0]
         assert view not in seen.get(1, [])
         seen.setdefault(1, []).append(view)
+
+
+def test_after_views_that_did_not_decide_one_unlike_them_is_taken() -> None:
+    """From where the robot stands after a look, the nearest others would be much like it."""
+
+    def likely(box: Box, view: Viewpoint) -> float:
+        return 0.95 - 0.1 * view.distance_m - 0.001 * abs(view.angle_deg)
+
+    planner, seen, here = Planner(straight, likely), [], HOME
+    for _ in range(3):
+        view = planner.plan(here, HOME, FIRST, {1: list(seen)}, PLENTY).views[0]
+        for other in seen:
+            aside = (view.angle_deg - other.angle_deg) / ALIKE_DEG
+            assert math.hypot((view.distance_m - other.distance_m) / ALIKE_M, aside) > 1.2, (view, other)
+        seen, here = [*seen, view], view.pose
+
+
+def test_a_view_is_the_less_new_the_more_alike_it_is_to_one_before() -> None:
+    views = [viewpoint(ROW[0], 0.45 + 0.1 * i, 0) for i in range(5)]
+    shares = [novelty(view, views[:1]) for view in views]
+    assert shares == sorted(shares) and shares[0] == LEAST_NEW and shares[-1] > 0.95
+    assert novelty(views[1], ()) == 1.0
+    assert novelty(views[2], views[:2]) < novelty(views[2], views[:1])
+    aside = [novelty(viewpoint(ROW[0], 0.45, angle), views[:1]) for angle in (20, -20, 40, 60)]
+    assert aside[0] == aside[1] < aside[2] < aside[3]
 
 
 def test_what_cannot_be_reached_is_named_and_the_rest_is_visited() -> None:
