@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,8 @@ LIMIT_S = 900.0
 
 @pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
 def test_rostest(file):
-    run(rostest_command(file), file.stem, LIMIT_S)
+    output = run(rostest_command(file), file.stem, LIMIT_S)
+    assert re.search(r"TESTS: [1-9]", output), f"{file.stem}: its launch ended before any test: {output[-2000:]}"
 
 
 def test_a_failing_rostest_is_noticed(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from typing import Deque, List, Optional
 
@@ -22,6 +23,8 @@ from yarm.tags.picture_watch import SILENT_S, PictureWatch
 PICTURE_DELAY_S = 0.1
 """In lock-step a picture counts from so long after its stamp, so that it counts at the same pass in every run, s."""
 MOST_PICTURES = 20
+CAMERA_WAIT_S = 10.0
+"""Wall time that the first pass of the lock-step waits for a picture when all else has been heard, s."""
 
 
 class InspectorInputs(RobotInputs):
@@ -31,6 +34,7 @@ class InspectorInputs(RobotInputs):
         """Listen from now on."""
         self._params, self._navigation = params, navigation
         self._pictured = self._told = False
+        self._heard_wall = math.inf
         super().__init__(params)
         self._subscribers += [
             listen(names.AMCL_STATE, DiagnosticArray, self._on_state, 10),
@@ -47,9 +51,14 @@ class InspectorInputs(RobotInputs):
             self._camera = PictureWatch()
 
     def together(self) -> bool:
-        """Lock-step: everybody whose word the first pass has to know of has been heard since the node began."""
-        heard = self._pictured and self._told and self._map is not None and self._navigation.heard()
-        return heard and super().together()
+        """Lock-step: everybody whose word the first pass has to know of has been heard since the node began.
+
+        A camera that says nothing holds nobody up for ever.
+        """
+        if not (self._told and self._map is not None and self._navigation.heard() and super().together()):
+            return False
+        self._heard_wall = min(self._heard_wall, time.monotonic())
+        return self._pictured or time.monotonic() - self._heard_wall > CAMERA_WAIT_S
 
     @property
     def map(self) -> Optional[GridMap]:
