@@ -85,7 +85,7 @@ void yarmMapperCounts(const YarmMapper* mapper, std::int32_t* keyframes, std::in
 
 YarmLocaliser* yarmLocaliserMake(const YarmGrid* map, const YarmPose* T_map_grid, char* why, std::int32_t size) {
   try {
-    return new YarmLocaliser{slam::Localiser(slam::LocaliserParams{}, gridOf(*map), poseOf(*T_map_grid)), {}};
+    return new YarmLocaliser{slam::Localiser(slam::turtlebotLocaliser(), gridOf(*map), poseOf(*T_map_grid)), {}};
   } catch (const std::exception& error) {
     std::snprintf(why, static_cast<std::size_t>(size), "%s", error.what());
     return nullptr;

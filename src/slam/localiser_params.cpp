@@ -55,6 +55,12 @@ void checkTrack(const TrackParams& track, LimitChecker& check) {
 
 }  // namespace
 
+LocaliserParams turtlebotLocaliser() {
+  LocaliserParams params;
+  params.submap.scan = turtlebotScan();
+  return params;
+}
+
 std::vector<std::string> faultsOf(const LocaliserParams& params) {
   LimitChecker check;
   check.faults = faultsOf(params.submap);

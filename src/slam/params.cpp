@@ -78,9 +78,15 @@ void checkGraphAndMap(const Params& params, LimitChecker& check) {
 
 }  // namespace
 
+ScanParams turtlebotScan() {
+  ScanParams scan;
+  scan.bias_slope = kTurtlebotBias;
+  return scan;
+}
+
 Params turtlebotParams() {
   Params params;
-  params.scan.bias_slope = kTurtlebotBias;
+  params.scan = turtlebotScan();
   params.keyframe.interval_s = kTurtlebotInterval;
   params.map.x_min = params.map.y_min = -1.0;
   params.map.x_max = params.map.y_max = 1.0;

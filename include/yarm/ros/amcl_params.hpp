@@ -77,7 +77,7 @@ struct AmclParams {
   double laser_max_range = 5.0;
   double tf_wait = 0.3;
   double scan_timeout = 1.0;
-  slam::LocaliserParams localiser;
+  slam::LocaliserParams localiser = slam::turtlebotLocaliser();
   AmclFilterParams unused;
 
   /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.

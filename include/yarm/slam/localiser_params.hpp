@@ -81,6 +81,9 @@ struct LocaliserParams {
   TrackParams track;
 };
 
+/// The numbers of the TurtleBot: as the defaults, with its scan.
+[[nodiscard]] LocaliserParams turtlebotLocaliser();
+
 /// What is wrong with parameters, one sentence each; empty when nothing is.
 [[nodiscard]] std::vector<std::string> faultsOf(const LocaliserParams& params);
 

@@ -10,8 +10,7 @@ namespace yarm::slam {
 struct ScanParams {
   double sigma_base{0.006};    ///< m: standard deviation of a point along its ray is base + slope r^2
   double sigma_slope{0.0012};  ///< 1/m
-  double bias_slope{
-      0.0012};            ///< 1/m: ranges are lengthened by this times r^2: the nearest of ten noisy rows reads short
+  double bias_slope{0.0012};   ///< 1/m: ranges are lengthened by this times r^2: the nearest of noisy rows reads short
   double use_range{5.0};  ///< m: longer ranges are not matched
   int stride{4};          ///< every n-th beam becomes a point
   double line_radius{0.10};   ///< m: beams this near a point, and without a gap, are fitted with its line
@@ -100,6 +99,9 @@ struct Params {
   MapParams map;
   bool sync{true};  ///< optimise and draw in the caller's thread, repeatable byte for byte; false: in one of their own
 };
+
+/// The TurtleBot's scan: as the default, but for how far it reads short (docs/slam.md).
+[[nodiscard]] ScanParams turtlebotScan();
 
 /// The numbers of the TurtleBot: how far its scan reads short (bench/slam.md), a match however little odometry says
 /// that it moved, since wheels slip, and a map that begins small around its origin and grows.

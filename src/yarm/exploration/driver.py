@@ -12,6 +12,7 @@ import numpy as np
 from yarm.exploration.model import LOOP_S, Command, Event, Observation
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import EDGE_M, SweptGround
+from yarm.exploration.suspicion import Suspicion
 from yarm.geometry import BoolArray, FloatArray, Pose2, pairs, wrap_angle
 from yarm.navigation.follower import FollowSettings, PathFollower, room_ahead
 from yarm.navigation.grid_map import OCCUPIED_AT_LEAST, GridMap
@@ -43,6 +44,8 @@ SOON_PASSED: FloatArray = _strip_ahead(0.10, 0.27, DISC_M)
 """(n, 2) points of the floor that the robot is about to pass before it can be slow, base frame, metres."""
 SOON_SWEPT: FloatArray = _strip_ahead(0.0, 0.27, DISC_M, 0.5 * EDGE_M)
 """(n, 2) the same with what lies beside the body's front half, for robots that are quick to speed up and to turn."""
+BACKED_SHARE = 0.5
+"""Who backed off by less than this share of the way has something behind him."""
 TOUCHING_M = turtlebot.RADIUS_M + 0.02
 """Something this near ahead stops the robot."""
 
@@ -55,6 +58,20 @@ class Drives(Enum):
     BACKING = "backing"
     ARRIVED = "arrived"
     FAILED = "failed"
+
+
+@dataclass
+class _Backing:
+    """Backing off: how far it still is, where it began, why.
+
+    ``stuck`` when nothing was bumped into: it goes ahead instead when the way back is blocked; ``ahead`` while it does.
+    """
+
+    left_m: float = 0.0
+    start: Pose2 = Pose2(0.0, 0.0)
+    reason: str = ""
+    stuck: bool = False
+    ahead: bool = False
 
 
 @dataclass(frozen=True)
@@ -142,6 +159,7 @@ class Driver:
         )
         self._near_m = params.near_distance
         self.floor = SweptGround(*FLOOR_SEEN_M)
+        self._suspicion = Suspicion(self.floor)
         self.map: Optional[GridMap] = None
         self._ground: Optional[Ground] = None
         self._field: Optional[Field] = None
@@ -151,8 +169,7 @@ class Driver:
         self._goal: Optional[Cell] = None
         self._goal_point: FloatArray = np.zeros(2)
         self._yaw: Optional[float] = None
-        self._backing_m = 0.0
-        self._back_reason = ""
+        self._backing = _Backing()
         self._moves: Deque[Tuple[float, Pose2, Pose2]] = Deque()
         self._turns_radps = 0.0
         self._blocked_s = 0.0
@@ -199,7 +216,8 @@ class Driver:
         if self._field is None or self._field_from.distance(pose) > within_m:
             if self._ground is None:
                 unknown = self._settings.unknown_passable
-                self._ground = Ground(self.map, PlanSettings(radius_m=DISC_M, unknown_passable=unknown))
+                more = self._suspicion.weights(self.map, DISC_M)
+                self._ground = Ground(self.map, PlanSettings(radius_m=DISC_M, unknown_passable=unknown), more)
             self._field, self._field_from = Field(self.map, pose, ground=self._ground), pose
         return self._field
 
@@ -234,15 +252,15 @@ class Driver:
         if pose is None or observation.odometry is None:
             self._follower.stop()
             return Driven(Drives.IDLE, events=tuple(events))
-        if self._backing_m > 0.0:
-            return self._back(events)
+        if self._backing.left_m > 0.0:
+            return self._back(observation, pose, events)
         if len(self._follower.path) == 0:
             return Driven(Drives.IDLE, events=tuple(events))
         unmoved = self._stuck(observation.now_s, observation.odometry.pose, pose)
         if unmoved:
             events.append(Event(observation.now_s, "stuck", (("x", pose.x), ("y", pose.y))))
-            self._begin_backing(f"told to move, but {unmoved} hardly changed")
-            return self._back(events)
+            self._begin_backing(pose, f"told to move, but {unmoved} hardly changed", stuck=True)
+            return self._back(observation, pose, events)
         fault = self._way_fault(pose)
         if fault:
             self.stop()
@@ -275,21 +293,31 @@ class Driver:
                 continue
             details = (("sector", bump.bumper.name), ("x", pose.x), ("y", pose.y))
             self._events.append(Event(observation.now_s, "bump", details))
-            self._begin_backing(f"bumped, {bump.bumper.name.lower()}")
+            if self._settings.cautious:
+                self._suspicion.met(pose, bump.bumper)
+            self._begin_backing(pose, f"bumped, {bump.bumper.name.lower()}")
 
-    def _begin_backing(self, reason: str) -> None:
+    def _begin_backing(self, pose: Pose2, reason: str, stuck: bool = False) -> None:
         self._follower.stop()
         self._goal = None
-        self._backing_m = self._settings.back_m
-        self._back_reason = reason
+        self._backing = _Backing(self._settings.back_m, pose, reason, stuck)
         self._moves.clear()
 
-    def _back(self, events: List[Event]) -> Driven:
+    def _back(self, observation: Observation, pose: Pose2, events: List[Event]) -> Driven:
         """Straight back, where it came from; the goal is given up when this is over."""
-        self._backing_m -= self._settings.back_mps * LOOP_S
-        if self._backing_m <= 0.0:
-            return Driven(Drives.FAILED, Command(), self._back_reason, tuple(events))
-        return Driven(Drives.BACKING, Command(-self._settings.back_mps, 0.0), "", tuple(events))
+        backing = self._backing
+        backing.left_m -= self._settings.back_mps * LOOP_S
+        if backing.left_m <= 0.0 and self._stayed(backing, pose):
+            self._backing = backing = _Backing(self._settings.back_m, pose, backing.reason, ahead=True)
+        if backing.left_m <= 0.0 or (backing.ahead and self._ahead(observation, pose) < TOUCHING_M):
+            self._backing = _Backing()
+            return Driven(Drives.FAILED, Command(), backing.reason, tuple(events))
+        speed = self._settings.back_mps if backing.ahead else -self._settings.back_mps
+        return Driven(Drives.BACKING, Command(speed, 0.0), "", tuple(events))
+
+    def _stayed(self, backing: _Backing, pose: Pose2) -> bool:
+        """Whether a robot that was stuck is so still: what holds it stands behind it."""
+        return backing.stuck and backing.start.distance(pose) < BACKED_SHARE * self._settings.back_m
 
     def _way_fault(self, pose: Pose2) -> str:
         """Checks what is left of the way when the map has changed, and plans another when it is no longer clear."""

@@ -13,6 +13,9 @@ from yarm.geometry import FloatArray, IntArray
 from yarm.navigation.grid_map import GridMap
 
 
+MOST_DECAY_M = 1000.0
+
+
 @dataclass(frozen=True)
 class ViewSettings:
     """The camera, and how it is imitated.
@@ -25,7 +28,11 @@ class ViewSettings:
         through_m: so much unknown ground a ray passes before it ends: what lies behind is a guess.
         tight_m: unknown ground with less clearance than this is most likely a part of the wall that is not seen yet ...
         tight_factor: ... and ends a ray so many times as soon.
-        decay_m: behind each such length of unknown ground a cell counts 1/e of what it would at the edge.
+        decay_m: behind each such length of unknown ground a cell counts 1/e of what it would at the edge; at most
+            MOST_DECAY_M, since a ray's way through unknown ground is reckoned by what is left of it.
+
+    Raises:
+        ValueError: decay_m is more than that.
     """
 
     fov_rad: float = np.pi / 3.0
@@ -36,6 +43,10 @@ class ViewSettings:
     tight_m: float = 0.2
     tight_factor: float = 6.0
     decay_m: float = 0.8
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.decay_m <= MOST_DECAY_M:
+            raise ValueError(f"decay_m is {self.decay_m}: it must be above 0 and at most {MOST_DECAY_M:g}")
 
 
 RayArray = npt.NDArray[np.float32]
@@ -65,14 +76,15 @@ class Views:
         resolution = grid_map.resolution_m
         self._steps = int(settings.range_m / resolution)
         self._pad = self._steps + 2
-        # One lookup a step: NaN ends a ray, anything else is what the cell is worth.
-        values = np.where(grid_map.occupied, np.nan, worth)
-        self._values = _framed(values, self._pad, np.nan)
-        depth = grid_map.unknown * np.where(room_m < settings.tight_m, settings.tight_factor, 1.0)
-        self._depth = _framed(depth, self._pad, 0.0)
         self._width = grid_map.columns + 2 * self._pad
-        most = round(settings.through_m / resolution) + 1
-        self._faded = np.exp(-np.arange(most) * resolution / settings.decay_m).astype(np.float32)
+        # A step of a ray looks up what is left of it behind a cell, as a share, and what seeing the cell adds.
+        tight = grid_map.unknown & (room_m < settings.tight_m)
+        passed = np.where(grid_map.unknown, np.where(tight, self._fade(settings.tight_factor), self._fade(1.0)), 1.0)
+        self._passed = _framed(np.where(grid_map.occupied, 0.0, passed), self._pad)
+        self._worth = _framed(np.where(grid_map.occupied, 0.0, worth), self._pad)
+        through = round(settings.through_m / resolution)
+        self._ends = self._fade(through - 0.5)
+        self._ends_shown = self._fade(through + BLOCK + 0.5)
         self._offsets = _fan(grid_map.origin.yaw_rad, settings.directions, self._steps, self._width)
         radii = np.arange(1, self._steps + 1, dtype=float)
         area = radii * (2.0 * np.pi / settings.directions)
@@ -83,25 +95,22 @@ class Views:
         """(n, directions) worth of what a ray from each of cells (n, 2) would see, direction 0 along x."""
         count, rays = len(cells), self._settings.directions
         base = (cells[:, 0] + self._pad) * self._width + cells[:, 1] + self._pad
-        by_step = self._offsets.T
+        by_step = np.ascontiguousarray(self._offsets.T)
         start = np.repeat(base, rays)
         ray = np.tile(np.arange(rays), count)
         total = np.zeros(count * rays, np.float32)
-        through = np.zeros(count * rays, np.float32)
+        left = np.ones(count * rays, np.float32)
         alive = np.arange(count * rays)
-        limit = len(self._faded) - 1
         for first in range(0, self._steps, BLOCK):
-            # Steps run along the first axis here: a few long rows are added up quickly, many short ones are not.
+            # Steps run along the first axis here: a few long rows are gone through quickly, many short ones are not.
             at = start[alive] + by_step[first : first + BLOCK, ray[alive]]
-            values, depth = self._values[at], self._depth[at]
-            np.cumsum(depth, axis=0, out=depth)
-            depth += through[alive]
-            open_cells = np.logical_and.accumulate(~np.isnan(values), axis=0)
-            seen = np.where(open_cells, values, np.float32(0.0))
-            seen *= self._faded[np.minimum(depth, limit).astype(np.int32)]
-            total[alive] += np.ascontiguousarray(seen.T) @ self._area[first : first + BLOCK]
-            through[alive] = depth[-1]
-            alive = alive[open_cells[-1] & (depth[-1] < limit)]
+            share = self._passed.take(at)
+            share[0] *= left[alive]
+            np.multiply.accumulate(share, axis=0, out=share)
+            left[alive] = share[-1]
+            share *= self._worth.take(at)
+            total[alive] += self._area[first : first + BLOCK] @ share
+            alive = alive[left[alive] > self._ends]
             if len(alive) == 0:
                 break
         gains: FloatArray = total.reshape(count, rays).astype(float)
@@ -116,10 +125,7 @@ class Views:
         rays = apart <= 0.5 * (abs(turn_rad) + settings.fov_rad)
         base = (cell[0] + self._pad) * self._width + cell[1] + self._pad
         at = base + self._offsets[rays]
-        values = self._values[at]
-        before = np.cumsum(np.isnan(values), axis=1) == 0
-        through = np.cumsum(self._depth[at], axis=1) * self._map.resolution_m
-        flat = np.unique(at[before & (values > 0.0) & (through <= settings.through_m + self._map.resolution_m * BLOCK)])
+        flat = np.unique(at[(self._left(at) > self._ends_shown) & (self._worth.take(at) > 0.0)])
         shown: IntArray = np.stack([flat // self._width - self._pad, flat % self._width - self._pad], axis=1)
         return shown
 
@@ -133,16 +139,23 @@ class Views:
             chosen = apart <= 0.5 * (abs(turn_rad) + self._settings.fov_rad)
             rays.append((row + self._pad) * self._width + column + self._pad + fine[chosen])
         at = np.concatenate(rays)
-        values = self._values[at]
-        before = np.logical_and.accumulate(~np.isnan(values), axis=1)
-        behind = np.cumsum(self._depth[at], axis=1)
-        counts = before & (values > 0.0) & (behind < len(self._faded) - 1)
+        left, worth = self._left(at), self._worth.take(at)
+        counts = (left > self._ends) & (worth > 0.0)
         counts[:, : int(self._settings.near_m / self._map.resolution_m)] = False
-        cells, worth = at[counts], values[counts] * self._faded[behind[counts].astype(np.int32)]
+        cells, worth = at[counts], left[counts] * worth[counts]
         order = np.argsort(worth, kind="stable")
-        best = np.zeros(len(self._values), np.float32)
+        best = np.zeros(len(self._worth), np.float32)
         best[cells[order]] = worth[order]
         return float(best.sum())
+
+    def _fade(self, cells: float) -> float:
+        """What is left of a ray behind so many cells of unknown ground, as a share."""
+        return float(np.exp(-cells * self._map.resolution_m / self._settings.decay_m))
+
+    def _left(self, at: IntArray) -> RayArray:
+        """(rays, steps) what is left of rays behind the cells, by their flat numbers, that they pass."""
+        left: RayArray = np.multiply.accumulate(self._passed.take(at), axis=1)
+        return left
 
 
 @lru_cache(maxsize=8)
@@ -157,10 +170,10 @@ def _fan(yaw_rad: float, directions: int, steps: int, width: int) -> IntArray:
     return offsets
 
 
-def _framed(values: FloatArray, margin: int, outside: float) -> RayArray:
-    """Flat float32 copy of values (rows, columns) with so many cells of something else all round."""
+def _framed(values: FloatArray, margin: int) -> RayArray:
+    """Flat float32 copy of values (rows, columns) with so many zeros all round."""
     rows, columns = values.shape
-    framed = np.full((rows + 2 * margin, columns + 2 * margin), outside, np.float32)
+    framed = np.zeros((rows + 2 * margin, columns + 2 * margin), np.float32)
     framed[margin : margin + rows, margin : margin + columns] = values
     return framed.ravel()
 

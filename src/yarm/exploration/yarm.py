@@ -12,7 +12,7 @@ from yarm.exploration.choice import Choice, ChoiceSettings, View
 from yarm.exploration.driver import DISC_M, LOOK_PASSES, Driven, Driver, DriverSettings, Drives
 from yarm.exploration.failed import FailedViews
 from yarm.exploration.frontiers import frontier_cells, frontiers_of
-from yarm.exploration.model import Event, FrontierView, Intent, Observation, Step
+from yarm.exploration.model import LOOP_S, Event, FrontierView, Intent, Observation, Step
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.seen import SweptGround
 from yarm.exploration.views import Views
@@ -133,26 +133,20 @@ class YarmController:
             self._swept.see(pose, observation.scan, observation.now_s)
 
     def _due(self, driven: Driven, now_s: float, pose: Pose2) -> bool:
-        """Whether to decide in this pass; while it drives, one takes in a new map, one finds the ways."""
+        """Whether to decide in this pass; while it drives, the one with a new map only finds the ways."""
         if driven.state is not Drives.DRIVING or self._goal is None:
             return True
         waited_s = now_s - self._decided_s - 1.0 / self._params.planner_frequency
         if self._map_is_new and waited_s < MOST_LATE_S:
+            if waited_s >= -LOOP_S:
+                self._driver.field(pose, BESIDE_M).search()
             return False
         if waited_s >= -1e-6 and self._decided_version != self._driver.version:
-            return self._ways_found(pose)
+            return True
         if now_s - self._looked_s < self._settings.look_s - 1e-6:
             return False
         self._looked_s = now_s
         return self._gone(self._goal, pose)
-
-    def _ways_found(self, pose: Pose2) -> bool:
-        """Whether an earlier pass has searched for the ways; if none has, this one does."""
-        ways = self._driver.field(pose, BESIDE_M)
-        if ways.searched:
-            return True
-        ways.search()
-        return False
 
     def _gone(self, goal: View, pose: Pose2) -> bool:
         """Whether hardly anything is left of what the goal was to show."""

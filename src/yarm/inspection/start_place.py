@@ -11,20 +11,19 @@ from scipy.optimize import least_squares
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.scans import Scan
 from yarm.navigation.grid_map import GridMap
+from yarm.robots.turtlebot import SCAN_BIAS_PER_M
 
 GUESS_M, GUESS_RAD = 0.05, 0.10
 """Deviation of the guess: what odometry loses in a turn."""
 SURFACE_M, FAR_M = 0.03, 0.30
 """Deviation of a point from the map's surface; a point farther than the second belongs to something else."""
-BIAS_PER_M = 0.0012
-"""Ranges r are lengthened by this times r squared, as amcl's ``bias_slope``: the nearest of noisy rows reads short."""
 EVERY = 4
 LEAST_POINTS = 20
 
 
 def fitted(guess: Pose2, scan: Scan, grid: GridMap) -> Pose2:
     """The pose near a guess, map frame, from which a scan fits the map best; the guess if it shows too little."""
-    lengthened = scan.ranges + BIAS_PER_M * scan.ranges**2
+    lengthened = scan.ranges + SCAN_BIAS_PER_M * scan.ranges**2
     points = replace(scan, ranges=lengthened).points()[::EVERY]
     if len(points) < LEAST_POINTS:
         return guess

@@ -76,8 +76,16 @@ class Ground:
         weights: (rows, columns) what a metre costs.
     """
 
-    def __init__(self, grid_map: GridMap, settings: Optional[PlanSettings] = None) -> None:
-        """Look at a map."""
+    def __init__(
+        self, grid_map: GridMap, settings: Optional[PlanSettings] = None, more: Optional[FloatArray] = None
+    ) -> None:
+        """Look at a map.
+
+        Args:
+            grid_map: the map.
+            settings: of the disc.
+            more: (rows, columns) what a metre costs more than the room there makes it.
+        """
         self.grid_map = grid_map
         self.settings = settings or PlanSettings()
         s = self.settings
@@ -88,6 +96,8 @@ class Ground:
         self.room = Room(grid_map, s.clear_m + grid_map.resolution_m)
         self.room_m = clearance(grid_map)
         self.weights = drive_cost(self.room_m, s.radius_m, s.comfort_m, s.narrow_weight, s.decay_per_m)
+        if more is not None:
+            self.weights = self.weights + more
         self._graph: Optional[Graph] = None
 
     def standable_from(self, start: Pose2) -> BoolArray:

@@ -66,14 +66,9 @@ class Field:
         self.search()
         return self._length
 
-    @property
-    def searched(self) -> bool:
-        """Whether there is nothing left to search for."""
-        return self._searched or self._root is None
-
     def search(self) -> None:
         """Search now, and not when something is first asked for; once is enough."""
-        if self.searched or self._root is None:
+        if self._searched or self._root is None:
             return
         self._searched = True
         graph = self._ground.graph(self._standable)

@@ -59,6 +59,8 @@ SCAN_VALID_M = 5.0
 SCAN_RATE_HZ = 20.0
 SCAN_LOST = 0.005
 """Share of the beams that are lost, one here and one there."""
+SCAN_BIAS_PER_M = 0.0024
+"""The scan, the nearest of noisy rows, reads ranges r short by this times r squared (docs/slam.md)."""
 ODOMETRY_RATE_HZ = 50.0
 
 BUMPER_LOW_M, BUMPER_HIGH_M = 0.01, 0.13

@@ -133,6 +133,11 @@ def test_what_lies_beside_the_body_is_looked_at_before_it_speeds_up() -> None:
                 assert gap <= 0.5 * EDGE_M, f"nothing is looked at within {gap:.3f} m of ({x:.2f}, {y:.2f})"
 
 
+def test_a_long_brick_that_was_met_is_not_met_again_at_its_end() -> None:
+    measures = run_trial(ExploreSpec("bricks_200", "yarm", seed=0, time_limit_s=60.0)).measures
+    assert measures.bumps == 1 and measures.bumped_again == 0 and measures.share > 0.9
+
+
 @pytest.mark.parametrize("arena", ["bricks_7", "bricks_13", "bricks_24"])
 def test_bricks_beside_the_way_are_not_met_at_speed(arena: str) -> None:
     measures = run_trial(ExploreSpec(arena, "yarm", seed=0, time_limit_s=180.0)).measures
@@ -175,6 +180,37 @@ def test_wheels_that_spin_while_its_place_stays_mean_stuck() -> None:
         slipped, rig.now_s = slipped + given.command.v_mps * LOOP_S, rig.now_s + LOOP_S
     assert slipped > 0.5 and given.state is Drives.BACKING
     assert given.events[0].kind == "stuck" and 2.5 < rig.now_s < 5.0
+
+
+def test_who_is_stuck_with_something_behind_him_goes_ahead() -> None:
+    rig = Rig()
+    rig.go(*GOAL)
+    rig.until(Drives.BACKING, most_s=6.0, moves=False)
+    told = [rig.step(moves=False).command.v_mps]
+    while told[-1] < 0.0:
+        told.append(rig.step(moves=False).command.v_mps)
+    assert 12 <= len(told) <= 16 and told[-1] == pytest.approx(0.08)
+    x = rig.pose.x
+    rig.until(Drives.FAILED)
+    assert rig.pose.x - x == pytest.approx(0.12, abs=0.02)
+
+
+def test_who_is_stuck_between_two_things_gives_the_goal_up() -> None:
+    rig = Rig()
+    rig.go(*GOAL)
+    rig.until(Drives.BACKING, most_s=6.0, moves=False)
+    cells = HALL.cells.copy()
+    cells[HALL.cell_of(START.x + TOUCHING_M - 0.02, START.y)] = 100
+    rig.map, rig.count = GridMap(cells, 0.05, HALL.origin), 1
+    given = rig.until(Drives.FAILED, moves=False)
+    assert len(given) <= 16 and all(g.command.v_mps <= 0.0 for g in given)
+
+
+def test_who_bumped_into_something_does_not_go_ahead_again() -> None:
+    rig = Rig()
+    rig.go(*GOAL)
+    rig.step((BumperEvent(Bumper.CENTER, True),))
+    assert all(g.command.v_mps <= 0.0 for g in rig.until(Drives.FAILED, moves=False))
 
 
 def test_turning_in_place_is_not_stuck() -> None:

@@ -6,15 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 
 from yarm.experiments.inspect.eyes import boxes_of
 from yarm.experiments.inspect.given import room_map
 from yarm.geometry import Pose2, wrap_angle
-from yarm.inspection.start_place import BIAS_PER_M, fitted
+from yarm.inspection.start_place import fitted
 from yarm.navigation.bodies import with_bodies
 from yarm.navigation.grid_map import GridMap
-from yarm.resources import resource
 from yarm.sim.kinematic.world import KinematicWorld
 from yarm.sim.scenes.layout_maker import make_layout
 
@@ -29,11 +27,6 @@ def test_a_heading_that_odometry_has_lost_is_found_again(seed: int, turn_rad: fl
     found = fitted(guess, world.scan(), grid)
     assert abs(wrap_angle(found.yaw_rad - layout.start.yaw_rad)) < 0.03
     assert found.distance(layout.start) < 0.05
-
-
-def test_ranges_are_lengthened_as_the_localisation_does_it() -> None:
-    amcl = yaml.safe_load(resource("config", "inspection", "amcl.yaml").read_text())
-    assert amcl["bias_slope"] == BIAS_PER_M
 
 
 def test_a_map_without_surfaces_changes_nothing() -> None:

@@ -34,7 +34,7 @@ def plot_method(room: GridMap, robot: Pose2, path: Path, numbers: ReportParams) 
     if small is None:
         raise ValueError("the map has no known cell: there is nothing to show")
     here = small.cell_of(robot.x, robot.y)
-    cells = padded(small, numbers.padding)
+    cells = padded(small, numbers.padding, numbers.speck, numbers.speck_window)
     reach = Reach(cells, here)
     able = with_probabilities(
         [f for f in frontiers(cells, here, numbers) if np.isfinite(reach.distance(f.row, f.column))]

@@ -12,6 +12,7 @@ from scipy.ndimage import maximum_filter
 from yarm.geometry import BoolArray, FloatArray, IntArray, Pose2
 from yarm.geometry.scans import Scan
 from yarm.navigation.grid_map import UNKNOWN, GridMap
+from yarm.robots.turtlebot import SCAN_BIAS_PER_M
 
 MarkArray = npt.NDArray[np.float32]
 
@@ -40,7 +41,7 @@ class MapRules:
     blur_share: float = 0.1
     sigma_base_m: float = 0.006
     sigma_slope: float = 0.0012
-    bias_slope: float = 0.0012
+    bias_slope: float = SCAN_BIAS_PER_M
 
 
 class TrueMapper:

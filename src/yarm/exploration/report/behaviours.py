@@ -180,7 +180,7 @@ class BumpRecovery:
             return None
         self._left -= 1
         side = RIGHT if self._hit == Bumper.LEFT else LEFT
-        return Command(-self._params.bump_speed, side * self._params.angular_max)
+        return Command(-self._params.bump_speed, side * self._params.bump_turn)
 
 
 class FullTurn:

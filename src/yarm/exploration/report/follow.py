@@ -35,7 +35,7 @@ class CellFollower:
         x, y = self.points[self._to_go]
         error = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.yaw_rad)
         if self._turning and abs(error) > params.follow_aligned:
-            return Command(0.0, _clamped(params.angular_max * error, params.angular_max))
+            return Command(0.0, _clamped(params.follow_turn * error, params.angular_max))
         self._turning = False
         turn = _clamped(params.follow_gain * error, params.angular_max)
         return Command(params.follow_share * params.speed, turn)

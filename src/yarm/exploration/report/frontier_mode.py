@@ -16,9 +16,6 @@ from yarm.navigation.grid_map import GridMap
 
 Details = Tuple[Tuple[str, Detail], ...]
 
-RETRY_S = 1.0
-"""Without a way to any frontier it looks again this much later, s."""
-
 
 class FrontierMode:
     """Due when the known area has grown too little over a window; ends at the frontier, or after too many aborts."""
@@ -100,9 +97,9 @@ class FrontierMode:
             return False
         robot = small.cell_of(pose.x, pose.y)
         if not small.inside(*robot):
-            self._retry_s = view.now_s + RETRY_S
+            self._retry_s = view.now_s + self._params.retry
             return False
-        cells = padded(small, self._params.padding, self._params.speck)
+        cells = padded(small, self._params.padding, self._params.speck, self._params.speck_window)
         reach = Reach(cells, robot)
         if self._target is not None:
             row, column = small.cell_of(float(self._target[0]), float(self._target[1]))
@@ -112,7 +109,7 @@ class FrontierMode:
             found = with_probabilities(found, self._params.draw_least)
             chosen = self._draw(view, found)
             if chosen is None:
-                self._retry_s = view.now_s + RETRY_S
+                self._retry_s = view.now_s + self._params.retry
                 return False
             self._list(view, small, every, found)
             row, column = chosen.row, chosen.column

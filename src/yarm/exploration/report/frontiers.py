@@ -28,7 +28,7 @@ class Frontier:
         row: in the cropped map.
         column: in the cropped map.
         distance: straight, from the robot, cells.
-        unknown: twice the number of unknown neighbours of the cells it stands for.
+        unknown: the unknown neighbours of the cells it stands for, each as much as ``ReportParams.unknown``.
         obstacles: sum of the obstacles in its window, each as much as ``ReportParams.obstacle``.
         fitness: greater is better.
         probability: of being drawn.
@@ -54,11 +54,13 @@ def cropped(room: GridMap, border: int = DEFAULTS.border) -> Optional[GridMap]:
     return GridMap(room.cells[top:bottom, left:right], room.resolution_m, corner)
 
 
-def padded(room: GridMap, padding: int, speck: int = DEFAULTS.speck) -> CellArray:
+def padded(
+    room: GridMap, padding: int, speck: int = DEFAULTS.speck, window: int = DEFAULTS.speck_window
+) -> CellArray:
     """Cells -1, 0, 100: occupied specks taken out, everything within ``padding`` cells of the rest occupied."""
     side = 2 * padding + 1
     occupied = room.occupied.astype(np.int32)
-    in_window = ndimage.convolve(occupied, np.ones((side, side), np.int32), mode="constant")
+    in_window = ndimage.convolve(occupied, np.ones((window, window), np.int32), mode="constant")
     kept: BoolArray = room.occupied & (in_window > speck)
     cells = np.where(room.unknown, -1, 0).astype(np.int8)
     near: BoolArray = ndimage.binary_dilation(kept, np.ones((side, side), bool))
@@ -83,7 +85,7 @@ def frontiers(cells: CellArray, robot: Tuple[int, int], params: ReportParams) ->
     mask = frontier_cells(cells)
     half = params.merging // 2
     neighbours = ndimage.convolve((cells == -1).astype(np.int32), np.ones((3, 3), np.int32), mode="constant")
-    information = np.where(mask, 2 * neighbours, 0)
+    information = np.where(mask, params.unknown * neighbours, 0.0)
     obstacles = ndimage.convolve(
         (cells == OCCUPIED).astype(np.int64),
         np.ones((2 * half + 1, 2 * half + 1), np.int64),

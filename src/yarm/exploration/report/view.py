@@ -13,7 +13,6 @@ from yarm.exploration.model import Observation
 from yarm.exploration.report.params import ReportParams
 from yarm.geometry import FloatArray, Pose2, wrap_angle
 from yarm.geometry.scans import Scan
-from yarm.robots.turtlebot import SCAN_RANGE_MIN_M
 
 DEFAULTS = ReportParams()
 
@@ -45,14 +44,14 @@ def room_of(
         scan: beams from right to left.
         valid_m: what is farther counts as nothing; inf for the program, which compares with 6 m later.
         mend_single: a lone NaN becomes the mean of its two neighbours, as the text has it and the program has not.
-        params: which beams are ahead, and which count for neither side.
+        params: what is too near, which beams are ahead, and which count for neither side.
     """
     leftwards = np.asarray(scan.ranges, dtype=float)[::-1]
     angles = scan.angles()[::-1]
     if mend_single:
         leftwards = _mended(leftwards)
     with np.errstate(invalid="ignore"):
-        seen = np.where((leftwards >= SCAN_RANGE_MIN_M) & (leftwards <= valid_m), leftwards, np.inf)
+        seen = np.where((leftwards >= params.valid_least) & (leftwards <= valid_m), leftwards, np.inf)
     n = len(seen)
     if n == 0:
         return Room(math.inf, params.nothing, params.nothing)

@@ -21,6 +21,7 @@ from yarm.exploration.report.params import ReportParams
 from yarm.exploration.report.view import room_of
 from yarm.geometry import Pose2
 from yarm.navigation.grid_map import GridMap
+from yarm.robots.turtlebot import Bumper
 
 
 def rig(**numbers: Any) -> Rig:
@@ -46,9 +47,16 @@ def test_what_counts_as_ahead_and_as_a_side() -> None:
     assert room_of(scan(math.nan, math.nan, 1.5), params=ReportParams(nothing=9.0)).left == 9.0
 
 
-def test_what_is_too_far() -> None:
+def test_what_is_too_far_and_what_too_near() -> None:
     assert rig().step(scan(4.5)).command.v_mps == 0.2
     assert rig(valid_range=4.0).step(scan(4.5)).command.v_mps == 0.0
+    assert rig(valid_least=2.2).step(scan(2.0)).command.v_mps == 0.0
+    assert room_of(scan(0.5), params=ReportParams(valid_least=0.45)).centre == 0.5
+
+
+def test_how_fast_it_turns_away_from_a_bump() -> None:
+    assert rig().step(scan(2.0), (Bumper.LEFT, True)).command.w_radps == pytest.approx(-math.pi / 6)
+    assert rig(bump_turn=0.1).step(scan(2.0), (Bumper.LEFT, True)).command.w_radps == pytest.approx(-0.1)
 
 
 def test_how_strong_a_turn_to_the_middle_may_be() -> None:
@@ -93,6 +101,10 @@ def test_what_is_kept_around_the_map_and_what_is_a_speck() -> None:
     small = cropped(whole, 1)
     assert small is not None and small.cells.shape == (12, 12)
     assert not (padded(whole, 5) == 100).any() and (padded(whole, 5, speck=2) == 100).any()
+    row = np.zeros((30, 30), np.int8)
+    row[12, 5:21:5] = 100
+    spread = GridMap(row, 0.05, Pose2(0.0, 0.0))
+    assert not (padded(spread, 5) == 100).any() and (padded(spread, 5, window=21) == 100).any()
 
 
 def test_how_frontier_cells_are_merged_weighed_and_drawn() -> None:
@@ -101,10 +113,33 @@ def test_how_frontier_cells_are_merged_weighed_and_drawn() -> None:
     cells[4, 3] = 100
     found = frontiers(cells, (6, 0), ReportParams())
     assert len(frontiers(cells, (6, 0), ReportParams(merging=3))) > len(found)
+    plain = frontiers(cells, (6, 0), ReportParams(unknown=1.0))
+    assert [2.0 * f.unknown for f in plain] == [f.unknown for f in found]
     double = frontiers(cells, (6, 0), ReportParams(obstacle=200.0))
     assert sum(f.obstacles for f in double) == 2.0 * sum(f.obstacles for f in found) > 0.0
     even = [f.probability for f in with_probabilities(found, 1e4)]
     assert max(even) / min(even) < 1.01 < max(f.probability for f in with_probabilities(found)) * len(found)
+
+
+def test_how_fast_it_turns_to_the_path_and_when_it_looks_for_a_frontier_again() -> None:
+    points = np.stack([np.zeros(30), 0.05 * np.arange(30)], axis=1)
+    for rate in (0.1, 0.3):
+        first = CellFollower(points, 0.05, ReportParams(follow_turn=rate)).step(Pose2(0.0, 0.0, 0.5 * math.pi - 0.5))
+        assert first is not None and first.w_radps == pytest.approx(0.5 * rate) and first.v_mps == 0.0
+
+    def driven_before_frontier(retry: float) -> int:
+        here = rig(growth_window=5.0, retry=retry, off=("full_turn", "stuck"))
+        here.held = True
+        cells = np.zeros((40, 40), np.int8)
+        here.map = GridMap(cells, 0.05, Pose2(-1.0, -1.0))
+        here.run(10.5, scan(2.0))
+        cells = cells.copy()
+        cells[:, 30:] = -1
+        here.map = GridMap(cells, 0.05, Pose2(-1.0, -1.0))
+        here.run(10.0, scan(2.0))
+        return [step.behaviour for step in here.steps].index("frontier")
+
+    assert driven_before_frontier(4.0) - driven_before_frontier(1.0) >= 20
 
 
 @pytest.mark.parametrize("numbers", [{"follow_to_go": 12}, {"follow_short": 40}])
