@@ -11,13 +11,13 @@ struct ScanParams {
   double sigma_base{0.006};    ///< m: standard deviation of a point along its ray is base + slope r^2
   double sigma_slope{0.0012};  ///< 1/m
   double bias_slope{0.0012};   ///< 1/m: ranges are lengthened by this times r^2: the nearest of noisy rows reads short
-  double use_range{5.0};  ///< m: longer ranges are not matched
-  int stride{4};          ///< every n-th beam becomes a point
-  double line_radius{0.10};   ///< m: beams this near a point, and without a gap, are fitted with its line
-  double line_gap{0.06};      ///< m: a step larger than this (plus four sigmas) between beams ends the line
-  int line_points{7};         ///< fewer beams than this give no normal, and the point is left out
-  double line_residual{2.0};  ///< sigmas: a line that fits worse (corners) is left out
-  int least_points{20};       ///< fewer points than this are too little to match
+  double use_range{5.0};       ///< m: longer ranges are not matched
+  int stride{4};               ///< every n-th beam becomes a point
+  double line_radius{0.10};    ///< m: beams this near a point, and without a gap, are fitted with its line
+  double line_gap{0.06};       ///< m: a step larger than this (plus four sigmas) between beams ends the line
+  int line_points{7};          ///< fewer beams than this give no normal, and the point is left out
+  double line_residual{2.0};   ///< sigmas: a line that fits worse (corners) is left out
+  int least_points{20};        ///< fewer points than this are too little to match
 };
 
 /// Point-to-line matching of one scan against others.

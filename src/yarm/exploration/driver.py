@@ -68,7 +68,7 @@ class _Backing:
     """
 
     left_m: float = 0.0
-    start: Pose2 = Pose2(0.0, 0.0)
+    start: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
     reason: str = ""
     stuck: bool = False
     ahead: bool = False

@@ -8,7 +8,7 @@ from typing import List, Optional
 import numpy as np
 
 from yarm.exploration.seen import SweptGround
-from yarm.geometry import FloatArray, Pose2, pairs
+from yarm.geometry import FloatArray, Pose2
 from yarm.navigation.costs import blocked
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.overlay import BEARINGS
@@ -40,8 +40,7 @@ class Suspicion:
         """(rows, columns) what a metre costs more for a disc whose centre is in a cell; None where nothing was met."""
         if not self._met:
             return None
-        rows, columns = np.mgrid[: grid_map.rows, : grid_map.columns]
-        centres = grid_map.centres_of(pairs(rows.ravel(), columns.ravel())).reshape(*rows.shape, 2)
-        away = np.min([np.hypot(*(centres - place).transpose(2, 0, 1)) for place in self._met], axis=0)
+        centres = grid_map.centres_of(np.argwhere(np.ones(grid_map.cells.shape, bool)))
+        away = np.min([np.hypot(*(centres - place).T) for place in self._met], axis=0).reshape(grid_map.cells.shape)
         unseen = (away <= REACH_M) & ~grid_map.occupied & ~self._floor.over(grid_map, 0.0)
         return WEIGHT * blocked(unseen, radius_m / grid_map.resolution_m)

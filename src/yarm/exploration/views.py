@@ -12,7 +12,6 @@ import numpy.typing as npt
 from yarm.geometry import FloatArray, IntArray
 from yarm.navigation.grid_map import GridMap
 
-
 MOST_DECAY_M = 1000.0
 
 

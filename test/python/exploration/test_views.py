@@ -35,7 +35,9 @@ def test_a_look_all_round_shows_the_area_of_a_disc() -> None:
 
 def test_what_is_near_or_known_counts_nothing() -> None:
     room = unknown_room()
-    ring = views(room, all_unknown(room), ViewSettings(directions=120, through_m=100.0, decay_m=MOST_DECAY_M, near_m=1.0))
+    ring = views(
+        room, all_unknown(room), ViewSettings(directions=120, through_m=100.0, decay_m=MOST_DECAY_M, near_m=1.0)
+    )
     assert ring.gains(np.array([[100, 100]])).sum() * 0.05**2 == pytest.approx(math.pi * (4.5**2 - 1.0), rel=0.03)
     assert views(room, np.zeros(room.cells.shape), PLAIN).gains(np.array([[100, 100]])).sum() == 0.0
 
@@ -51,7 +53,9 @@ def test_walls_end_rays_and_so_does_the_edge_of_the_map() -> None:
 
 def test_a_ray_ends_in_unknown_ground_and_fades_on_the_way() -> None:
     room = unknown_room()
-    short = views(room, all_unknown(room), ViewSettings(directions=120, through_m=1.0, decay_m=MOST_DECAY_M, near_m=0.0))
+    short = views(
+        room, all_unknown(room), ViewSettings(directions=120, through_m=1.0, decay_m=MOST_DECAY_M, near_m=0.0)
+    )
     area = short.gains(np.array([[100, 100]])).sum() * 0.05**2
     assert math.pi * 1.0**2 * 0.9 <= area <= math.pi * 1.5**2
     faded = views(room, all_unknown(room), ViewSettings(directions=120, through_m=1.0, decay_m=0.5, near_m=0.0))

@@ -54,9 +54,7 @@ def cropped(room: GridMap, border: int = DEFAULTS.border) -> Optional[GridMap]:
     return GridMap(room.cells[top:bottom, left:right], room.resolution_m, corner)
 
 
-def padded(
-    room: GridMap, padding: int, speck: int = DEFAULTS.speck, window: int = DEFAULTS.speck_window
-) -> CellArray:
+def padded(room: GridMap, padding: int, speck: int = DEFAULTS.speck, window: int = DEFAULTS.speck_window) -> CellArray:
     """Cells -1, 0, 100: occupied specks taken out, everything within ``padding`` cells of the rest occupied."""
     side = 2 * padding + 1
     occupied = room.occupied.astype(np.int32)

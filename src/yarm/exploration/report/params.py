@@ -68,7 +68,9 @@ class ReportParams:
     follow_short: int = param(8, "cells", "a path of fewer is driven straight to its end", low=1, high=1000)
     follow_tolerance: int = param(2, "cells", "index of the path's cell that is looked at first", low=0, high=100)
     follow_to_go: int = param(4, "cells", "index of the path's cell that is driven to first", low=1, high=100)
-    follow_turn: float = param(math.pi / 6, "1/s", "turn on the spot towards a cell, times the error", low=0.01, high=10.0)
+    follow_turn: float = param(
+        math.pi / 6, "1/s", "turn on the spot towards a cell, times the error", low=0.01, high=10.0
+    )
     follow_advance: int = param(2, "cells", "both go on by this", low=1, high=100)
     follow_share: float = param(0.3, "", "of the speed, along a frontier's path", low=0.01, high=1.0)
     follow_gain: float = param(0.37, "1/s", "turn towards the path's next cell", low=0.01, high=5.0)
