@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 import math
-from typing import Callable, Dict, List, Tuple
+from typing import Callable, Dict, List, Tuple, Union
 
 import numpy as np
 
@@ -24,6 +25,10 @@ from yarm.sim.touches import TouchLog
 Watch = Callable[[float, GridMap], float]
 WATCHED_S = 2.0
 """Passes count until so long after the end."""
+LATE_S = 0.5
+"""Messages of one moment come within so much time of each other, s."""
+_Heard = Union[Pose2, Tuple[str, float, float]]
+"""Where the robot is, or a block and a point that it touches."""
 
 
 class LiveRecorder:
@@ -45,6 +50,8 @@ class LiveRecorder:
         self._watch = watch
         self._world_from_map = world_from_map
         self._log = TouchLog({block.name: block.size[2] for block in arena.blocks})
+        self._heard: List[Tuple[float, int, int, _Heard]] = []
+        self._count = 0
         self._clock = BehaviourClock()
         self._truth: List[Tuple[float, float, float, float]] = []
         self._passes: List[Tuple[float, Pose2, Command]] = []
@@ -56,14 +63,15 @@ class LiveRecorder:
 
     @property
     def bumps(self) -> int:
-        """Contacts so far, by the truth."""
+        """Contacts so far, by the truth; the newest LATE_S are not counted yet."""
         return len(self._touches())
 
     def truth(self, t_s: float, pose: Pose2) -> None:
         """Where the robot really is, world."""
         if t_s >= -1.0 and (not self._truth or t_s > self._truth[-1][0]):
             self._truth.append((t_s, pose.x, pose.y, pose.yaw_rad))
-            self._log.moved(t_s, pose)
+            self._hear(t_s, pose)
+            self._replay(t_s - LATE_S)
 
     def passed(self, t_s: float, behaviour: str, believed: Pose2, command: Command, took_ms: float) -> None:
         """One pass of the explorer; ``believed`` is in the map."""
@@ -82,7 +90,21 @@ class LiveRecorder:
 
     def touch(self, t_s: float, block: str, x: float, y: float) -> None:
         """The robot and a block are in contact at a point of the world."""
-        self._log.contact(t_s, block, x, y)
+        self._hear(t_s, (block, x, y))
+
+    def _hear(self, t_s: float, what: _Heard) -> None:
+        """Keep it until everything of its moment must have come."""
+        self._count += 1
+        heapq.heappush(self._heard, (t_s, int(not isinstance(what, Pose2)), self._count, what))
+
+    def _replay(self, until_s: float) -> None:
+        """Give what was heard up to a time to the log, in the order of time, the pose of a moment first."""
+        while self._heard and self._heard[0][0] <= until_s:
+            t_s, _, _, what = heapq.heappop(self._heard)
+            if isinstance(what, Pose2):
+                self._log.moved(t_s, what)
+            else:
+                self._log.contact(t_s, *what)
 
     def event(self, event: Event) -> None:
         """What the explorer says that it did."""
@@ -90,6 +112,7 @@ class LiveRecorder:
 
     def finish(self, end_s: float, done: bool, reason: str, first_seen: Dict[str, float]) -> ExploreRecord:
         """The record of the run, which ended at a time for a reason."""
+        self._replay(math.inf)
         self._passes = [row for row in self._passes if row[0] <= end_s + WATCHED_S]
         params, grid = self._params, self._map[-1] if self._map else None
         if grid is not None and self._passes:

@@ -85,8 +85,21 @@ def test_a_contact_that_goes_on_is_one_touch_and_a_later_one_another():
     assert record.touches[0].bearing_rad == pytest.approx(0.0, abs=0.05)
 
 
+def test_contacts_that_come_before_or_after_the_poses_around_them_are_the_same_touches():
+    def touches(heard_after):
+        live = recorder()
+        for i in range(100):
+            if i == 50 + heard_after:
+                live.touch(1.0, "brick", 1.0, -0.6)
+            live.truth(i / 50, START.compose(Pose2(0.0 if i < 50 else 0.1 * (i - 50) / 50, 0.0)))
+        return live.finish(2.0, False, "", {}).touches
+
+    assert touches(0) == touches(1) == touches(8) and len(touches(0)) == 1
+
+
 def test_a_contact_before_the_start_is_no_bump():
     live = recorder()
+    drive(live, 2.0, v=0.0)
     live.touch(-1.0, "wall", 0.0, 0.0)
     live.touch(-math.inf, "wall", 0.0, 0.0)
     assert live.bumps == 0
