@@ -32,6 +32,7 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
         [PYTHON, "bench/planning.py", "growth"],
         [PYTHON, "bench/planning.py", "report"],
     ],
+    "why": [[PYTHON, "bench/why.py"]],
     "kinematics": [[PYTHON, "bench/kinematics.py", "--page", "bench/kinematics.md"]],
     "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
     "pieces": [[PYTHON, "bench/pieces.py"]],

@@ -81,20 +81,6 @@ def check_files(folder: Path) -> None:
     assert 0 in around
 
 
-def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
-    """Byte for byte in lock-step: what was decided and when, what was touched, the map, every row until the end."""
-    folders = []
-    for name in ("first", "second"):
-        with pytest.raises(LaunchedTestError, match="exit code 1"):
-            explore(tmp_path / name, f"explore_{name}", "--limit", "15")
-        folders.append(tmp_path / name / "explore" / "explored_room" / "yarm" / "1")
-    for name in ("events.csv", "bumps.csv", "map.pgm"):
-        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes(), name
-    rows = [(folder / "path.csv").read_text().splitlines()[:150] for folder in folders]
-    assert len(rows[0]) == 150 and rows[0] == rows[1], "where it was in the first 15 s"
-    assert len((folders[0] / "events.csv").read_text().splitlines()) > 3
-
-
 def test_too_little_time_ends_with_1_and_says_so(tmp_path: Path) -> None:
     with pytest.raises(LaunchedTestError, match="exit code 1"):
         explore(tmp_path, "explore_short", "--limit", "6")
