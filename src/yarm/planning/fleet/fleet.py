@@ -49,6 +49,11 @@ class Fleet:
                 if close_pair(one, spaces[j]):
                     self._close |= {(i, j), (j, i)}
 
+    @property
+    def close_pairs(self) -> Tuple[Tuple[int, int], ...]:
+        """Pairs of robots that stand within each other's margin at their starts, both ways round, in order."""
+        return tuple(sorted(self._close))
+
     def view(self, i: int, poses: Poses, without: Iterable[int] = ()) -> View:
         """Space of a robot with the others standing at poses, those in ``without`` taken away."""
         skip = {i, *without}

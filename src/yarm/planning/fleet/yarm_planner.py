@@ -17,11 +17,12 @@ from yarm.planning.cspace.robot_space import ShapeCache
 from yarm.planning.fleet.fleet import Fleet, Move
 from yarm.planning.fleet.joint_plan import StepChoice, path_of, valid
 from yarm.planning.fleet.joint_search import JointSearch
+from yarm.planning.fleet.never_stuck import NeverStuck
 from yarm.planning.fleet.problem import PlanningProblem, explain_failure, turns_of
 from yarm.planning.fleet.replanning import GoalKey, Memory, waypoint
 from yarm.planning.model import request_check as check
 from yarm.planning.model.params import PlannerParams
-from yarm.planning.model.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan
+from yarm.planning.model.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan, Waypoint
 from yarm.planning.roadmap.particles import narrow_columns
 from yarm.planning.roadmap.roadmap import OFFSETS, Roadmap, even_roadmap
 
@@ -29,6 +30,8 @@ MIN_ROUNDS = 30
 """Rounds of a joint search at least."""
 SHARE = 5
 """Steps over which the rounds of the limit are spread."""
+MOST_ENTERED = 2
+"""Times that the places of all robots may be entered again for the same goals without a plan for all."""
 SUBSETS = 6
 """Subsets of one size tried when the whole fleet finds no joint plan."""
 
@@ -45,6 +48,7 @@ class YarmPlanner:
         self.params = build(PlannerParams, dataclasses.asdict(params or PlannerParams()))
         self._turns = turns_of(self.params.turns_deg, self.params.turn_deg_per_cell)
         self._cache = ShapeCache()
+        self._never_stuck = NeverStuck(self._turns, self._cache)
         self.reset()
 
     def reset(self) -> None:
@@ -54,6 +58,9 @@ class YarmPlanner:
         self._last: Optional[CellSet] = None
         self._tried: Dict[str, GoalKey] = {}
         self._failures = 0
+        self._never_stuck.reset()
+        self._entered: Dict[Tuple[Waypoint, ...], int] = {}
+        self._places: Tuple[Waypoint, ...] = ()
 
     def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
         """Plan one step for the fleet; see ``FleetPlanner``."""
@@ -77,6 +84,8 @@ class YarmPlanner:
         moves, rounds = self._moves(problem, fleet, open_robots, kept, rng)
         plans.update(self._steps(problem, fleet, open_robots, moves))
         status, reason = check.worst(plans)
+        if status is PlanStatus.TIMEOUT and self._never_stuck.proof:
+            status = PlanStatus.INFEASIBLE
         elapsed = 1e3 * (time.perf_counter() - began)
         shares = {name: dataclasses.replace(p, planning_ms=elapsed / len(plans)) for name, p in plans.items()}
         return FleetPlan(status, reason, shares, rounds, elapsed, roadmap)
@@ -122,7 +131,9 @@ class YarmPlanner:
         goals = {problem.robots[i].name: problem.goal_key(i) for i in open_robots}
         search = JointSearch(fleet, open_robots, self._effort(goals))
         if kept is None or goals != self._memory.goals:
-            full = search.run(rng)
+            full = None if self._never_stuck.knows(problem) else search.run(rng)
+            if full is None and open_robots:
+                full = self._never_stuck.moves(problem, fleet, open_robots, self._failures)
             self._failures = 0 if full is not None else self._failures + 1
             if full is None:
                 return self._moves_of_some(problem, fleet, open_robots, kept, rng), search.rounds
@@ -141,7 +152,7 @@ class YarmPlanner:
         Meanwhile those robots move that can, and the next search starts from there.
         """
         if goals != self._tried:
-            self._tried, self._failures = dict(goals), 0
+            self._tried, self._failures, self._entered = dict(goals), 0, {}
         return max(MIN_ROUNDS, self.params.iteration_limit // SHARE >> self._failures)
 
     def _moves_of_some(
@@ -153,6 +164,9 @@ class YarmPlanner:
         rng: np.random.Generator,
     ) -> List[Move]:
         """When not all can reach their targets: a plan for as many as can, the others step aside for them."""
+        if self._is_livelock(fleet):
+            self._memory.goals = {}
+            return []
         if kept is not None:
             return kept
         targets = fleet.targets
@@ -166,6 +180,14 @@ class YarmPlanner:
                     return moves
         self._memory.goals = {}
         return []
+
+    def _is_livelock(self, fleet: Fleet) -> bool:
+        """Whether the fleet has come back to where it stands now too often for the same goals; it stays then."""
+        places = tuple(waypoint(space.start, space) for space in fleet.spaces)
+        if places != self._places:
+            self._entered[places] = self._entered.get(places, 0) + 1
+            self._places = places
+        return self._entered.get(places, 0) > MOST_ENTERED
 
     def _steps(
         self, problem: PlanningProblem, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]
@@ -184,7 +206,7 @@ class YarmPlanner:
                 name,
                 problem.request.assignments[name] if i in open_robots else "",
                 PlanStatus.SOLVED if solved else PlanStatus.TIMEOUT,
-                "" if solved else _stuck_reason(problem, i),
+                "" if solved else self._never_stuck.proof or _stuck_reason(problem, i, self._never_stuck.visited),
                 tuple(waypoint(pose, space) for pose in path),
                 waypoint(steps[i], space) if i in steps else None,
                 sum(math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:])),
@@ -202,8 +224,9 @@ def _goal_plans(problem: PlanningProblem, fleet: Fleet, known: Collection[str]) 
     return plans
 
 
-def _stuck_reason(problem: PlanningProblem, i: int) -> str:
+def _stuck_reason(problem: PlanningProblem, i: int, visited: int) -> str:
     others = ", ".join(robot.name for j, robot in enumerate(problem.robots) if j != i)
     goal = problem.request.assignments.get(problem.robots[i].name, "")
     name = problem.robots[i].name
-    return f"{name} waits: no order of moves was found that brings it to {goal} past {others or 'nobody'}"
+    looked = f"; {visited} places of the fleet looked at, too many to decide in this step" if visited else ""
+    return f"{name} waits: no order of moves was found that brings it to {goal} past {others or 'nobody'}{looked}"

@@ -205,7 +205,8 @@ class FleetPlan:
     """The plan of the fleet: what to send now, and what was thought.
 
     Attributes:
-        status: the worst status of the robots.
+        status: the worst status of the robots; INFEASIBLE too when it is proved that they cannot all reach their goals,
+            though each could without the others (those that must do without have TIMEOUT).
         reason: the reason of the robot with the worst status.
         robots: plan by robot name, for every robot that has a goal or is asked to step aside.
         iterations: rounds of the search.

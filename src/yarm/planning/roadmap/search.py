@@ -396,7 +396,7 @@ def _path_through_cells(view: View, roadmap: Roadmap, start: Pose, target: Targe
     way = flood(view, start, lambda h: bit if target.heading in (None, h) else 0)
     if way is None:
         return None
-    way = tuple(_corners_left_out(view, list(_runs(way))))
+    way = tuple(_corners_left_out(view, list(straight_runs(way))))
     corners: List[Column] = []
     seen: Set[Column] = set()
     for x, y, _ in way[1:-1]:
@@ -407,7 +407,7 @@ def _path_through_cells(view: View, roadmap: Roadmap, start: Pose, target: Targe
     return way if found is None or path_cost(view, found) > path_cost(view, way) else found
 
 
-def _runs(way: Path) -> Path:
+def straight_runs(way: Path) -> Path:
     """Only the poses where a way of unit moves changes direction or turns."""
     kept = [way[0]]
     for before, pose, after in zip(way, way[1:], way[2:]):
