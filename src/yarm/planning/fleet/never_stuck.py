@@ -18,7 +18,7 @@ from yarm.planning.roadmap.roadmap import Roadmap
 
 LEAST_SHARE = 8
 """A call that follows failures of the same goals may take 1/2, 1/4, ... of ``WORK``, but not less than 1 / this."""
-CAUSE_WORK = 10 * WORK
+CAUSE_WORK = WORK
 """Look-ups to find the smallest set of robots and things that make a fleet's goals impossible."""
 CAUSES = 16
 """Robots and things tried to be left out, at most."""

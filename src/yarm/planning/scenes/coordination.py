@@ -23,6 +23,8 @@ from yarm.planning.scenes.scene import Box, PlanScene, SceneRobot, Stand
 Slot = Tuple[int, int]
 Slots = Tuple[Slot, ...]
 TRIES = 200
+DRAWN_STATES = 4_000_000
+"""Joint places of a scene drawn at random, at most, so that it is soon known to be solvable."""
 WALK = 1500
 """Random moves for each robot that lead from the goals to the starts."""
 
@@ -247,13 +249,12 @@ def _mixed(rng: np.random.Generator) -> Optional[PlanScene]:
 def _turning(rng: np.random.Generator) -> Optional[PlanScene]:
     """Robots that are longer than wide, where somebody has to turn: without turns there is no solution."""
     scene = random_scene(rng, (1, 2, 4))
-    solvable = _if_solvable(scene)
-    return solvable if solvable is not None and least_cost(solvable, ()) is None else None
+    return None if scene is None or least_cost(scene, ()) is not None else _if_solvable(scene)
 
 
 def _if_solvable(scene: Optional[PlanScene]) -> Optional[PlanScene]:
     try:
-        return scene if scene is not None and least_cost(scene) else None
+        return scene if scene is not None and least_cost(scene, most_states=DRAWN_STATES) else None
     except TooLargeError:
         return None
 

@@ -26,24 +26,27 @@ class TooLargeError(ValueError):
     """More joint places than this search may look at."""
 
 
-def least_cost(scene: PlanScene, turns_deg: Sequence[float] = PlannerParams.turns_deg) -> Optional[int]:
+def least_cost(
+    scene: PlanScene, turns_deg: Sequence[float] = PlannerParams.turns_deg, most_states: int = MOST_STATES
+) -> Optional[int]:
     """Least sum of cells travelled and turns made, a cell for each 10 degrees, that brings all to their goals.
 
     Args:
         scene: robots apart from each other and from the boxes; one without a goal may end anywhere.
         turns_deg: allowed turns.
+        most_states: joint places that may be looked at, one byte each.
 
     Returns:
         None when no order of moves does.
 
     Raises:
-        TooLargeError: more than ``MOST_STATES`` joint places.
+        TooLargeError: more than ``most_states`` joint places.
     """
     fleet = [_Mover(scene, robot, turns_deg) for robot in scene.robots]
     sizes = [mover.size for mover in fleet]
     total = math.prod(sizes)
-    if total > MOST_STATES:
-        raise TooLargeError(f"{total} joint places, at most {MOST_STATES}")
+    if total > most_states:
+        raise TooLargeError(f"{total} joint places, at most {most_states}")
     weights = [math.prod(sizes[i + 1 :]) for i in range(len(fleet))]
     moves = [fleet[i].moves(fleet, i) for i in range(len(fleet))]
     wanted = [mover.wanted for mover in fleet]
