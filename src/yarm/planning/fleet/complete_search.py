@@ -59,15 +59,16 @@ class CompleteSearch:
         return self.outcome is Outcome.IMPOSSIBLE and not self._close
 
     def run(self, fleet: Fleet, work: int = WORK) -> Optional[List[Move]]:
-        """Search on; moves that bring every robot to its target, or None.
+        """Search on; moves that bring every robot to its target, or None. What was found stays found.
 
         Args:
             fleet: the fleet this was made for, or an equal one.
             work: look-ups at most.
         """
-        if self.outcome is not Outcome.OPEN or self.outcome_within(work) is not Outcome.FOUND:
+        if self.outcome is Outcome.OPEN and self.outcome_within(work) is Outcome.FOUND:
+            self._joint.improve(IMPROVING)
+        if self.outcome is not Outcome.FOUND:
             return None
-        self._joint.improve(IMPROVING)
         moves = self._moves(fleet)
         return moves if valid(fleet, moves, self._robots) else None
 

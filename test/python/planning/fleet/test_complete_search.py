@@ -50,6 +50,13 @@ def held_against_brute_force(scene: PlanScene, turns_deg: Sequence[float], what:
     return fleet.cost(moves) / least if least else 1.0
 
 
+def test_what_was_found_is_given_again() -> None:
+    """A planner may ask once more for the same: when its memory was of other goals meanwhile."""
+    fleet = fleet_in(SMALL["swap at a bay"])
+    search, moves = searched(fleet)
+    assert moves and search.run(fleet) == moves
+
+
 @pytest.mark.parametrize("turns_deg", [TURNS, (0.0,)])
 def test_random_fleets_as_brute_force_says(turns_deg: Sequence[float]) -> None:
     """Robots of different shapes and heights among boxes, goals wherever they fit."""
