@@ -33,6 +33,7 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
         [PYTHON, "bench/planning.py", "report"],
     ],
     "why": [[PYTHON, "bench/why.py"]],
+    "joint_search": [[PYTHON, "bench/joint_search.py", "run"], [PYTHON, "bench/joint_search.py", "report"]],
     "kinematics": [[PYTHON, "bench/kinematics.py", "--page", "bench/kinematics.md"]],
     "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
     "pieces": [[PYTHON, "bench/pieces.py"]],
