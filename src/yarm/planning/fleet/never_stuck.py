@@ -13,7 +13,7 @@ from yarm.planning.fleet.complete_search import WORK, CompleteSearch, make_compl
 from yarm.planning.fleet.fleet import Fleet, Move
 from yarm.planning.fleet.joint_native import Outcome
 from yarm.planning.fleet.problem import PlanningProblem
-from yarm.planning.model.types import PlanRequest
+from yarm.planning.model.types import PlanRequest, without_things
 from yarm.planning.roadmap.roadmap import Roadmap
 
 LEAST_SHARE = 8
@@ -165,10 +165,7 @@ def _without_goal(name: str) -> Change:
 def _without_thing(name: str) -> Change:
     def change(request: PlanRequest) -> PlanRequest:
         objects = {other: cells for other, cells in request.objects.items() if other != name}
-        occupied = _cleared(request, request.objects[name])
-        for cells in objects.values():
-            inside = np.asarray(cells)[request.spec.contains(cells)]
-            occupied[tuple(inside.T)] = request.occupied[tuple(inside.T)]
+        occupied = without_things(request.spec, request.occupied, request.objects, (name,))
         return replace(request, objects=objects, occupied=occupied)
 
     return change

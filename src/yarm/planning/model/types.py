@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Mapping, Optional, Protocol, Sequence, Tuple
+from typing import Collection, Mapping, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -140,6 +140,19 @@ def without_robots(spec: GridSpec, occupied: BoolArray, robots: Sequence[Robot])
     for robot in robots:
         cells = robot.cells
         left[tuple(cells[spec.contains(cells)].T)] = False
+    return left
+
+
+def without_things(
+    spec: GridSpec, occupied: BoolArray, things: Mapping[str, IntArray], gone: Collection[str]
+) -> BoolArray:
+    """A map (gx, gy, gz) without some of the things (n, 3) in it; what one shares with another stays until both go."""
+    left: BoolArray = np.array(occupied, dtype=np.bool_)
+    inside = {name: np.asarray(cells)[spec.contains(cells)] for name, cells in things.items()}
+    for name in gone:
+        left[tuple(inside[name].T)] = False
+    for name in things.keys() - set(gone):
+        left[tuple(inside[name].T)] = occupied[tuple(inside[name].T)]
     return left
 
 

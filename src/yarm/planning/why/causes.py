@@ -22,13 +22,13 @@ import numpy as np
 from yarm.geometry import IntArray, Mask, wrap_angle
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import FleetPlan, Goal, PlanRequest, Robot, RobotPlan, Waypoint
+from yarm.planning.scenes.oracle import inflated_cells
 from yarm.planning.tasks.travel import Travel
 from yarm.planning.verification.checker import sweep_of
 from yarm.planning.why.changes import Change, ChangeKind, Crossing
 
 MOVE_LIMIT_CELLS = 8
 """A thing is moved by at most so many columns before its removal is named in place of that."""
-MARGIN_CELLS = 1
 SHARED_SHOWN = 3
 """Shared cells written out in a text."""
 
@@ -248,7 +248,7 @@ def _waits(robot: Robot, entry: RobotPlan, plan: FleetPlan, request: PlanRequest
     """Whom a robot waits for: whose way, or place, its next leg meets."""
     if len(entry.path) < 2:
         return []
-    leg = _inflated(sweep_of(request, robot, entry.path[1]).cells)
+    leg = set(map(tuple, inflated_cells(sweep_of(request, robot, entry.path[1]).cells).tolist()))
     causes = []
     for other in request.robots:
         if other.name == robot.name:
@@ -275,8 +275,3 @@ def _way(robot: Robot, path: Sequence[Waypoint], request: PlanRequest) -> IntArr
         at = replace(at, column=point.column, yaw_rad=point.yaw_rad, mask=mask, position_m=None)
     cells: IntArray = np.unique(np.concatenate(swept), axis=0)
     return cells
-
-
-def _inflated(cells: IntArray) -> set[Tuple[int, ...]]:
-    around = np.argwhere(np.ones((3, 3, 3), dtype=np.bool_)) - MARGIN_CELLS
-    return {tuple(cell) for cell in (cells[:, None, :] + around).reshape(-1, 3).tolist()}

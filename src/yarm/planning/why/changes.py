@@ -14,13 +14,13 @@ from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 from scipy import ndimage
 
-from yarm.geometry import BoolArray, IntArray, Mask
+from yarm.geometry import IntArray, Mask
 from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, dilated
 from yarm.planning.cspace.robot_space import RobotSpace, ShapeCache, View
 from yarm.planning.fleet.problem import FINER_TURNS_DEG, PlanningProblem, turns_of
 from yarm.planning.model import request_check as check
 from yarm.planning.model.params import PlannerParams
-from yarm.planning.model.types import Goal, PlanRequest, Robot
+from yarm.planning.model.types import Goal, PlanRequest, Robot, without_things
 from yarm.planning.roadmap.search import Target, flood, reachable
 
 UNKNOWN = "something unknown"
@@ -109,9 +109,6 @@ class Crossing:
         self._cache = ShapeCache()
         self._request = replace(request, goals={goal.name: goal}, assignments={robot: goal.name})
         self.things = _things(request, goal)
-        self._owned = np.zeros(request.spec.shape, dtype=np.int64)
-        for cells in self.things.values():
-            self._owned[tuple(cells.T)] += 1
         standing = np.zeros(request.spec.shape, dtype=np.bool_)
         for one in request.robots:
             standing[tuple(one.cells[request.spec.contains(one.cells)].T)] = True
@@ -172,26 +169,15 @@ class Crossing:
         moved = cells + np.array([*offset, 0])
         if not np.all(spec.contains(moved)):
             return False
-        free = ~(self._without({thing}) | self._beside_robots)
+        free = ~(without_things(spec, self._request.occupied, self.things, {thing}) | self._beside_robots)
         return bool(np.all(free[tuple(moved.T)]))
-
-    def _without(self, gone: Collection[str]) -> BoolArray:
-        """The map (gx, gy, gz) without some things; what two things share stays until both are gone."""
-        occupied = np.array(self._request.occupied, dtype=np.bool_)
-        left = self._owned.copy()
-        for name in gone:
-            left[tuple(self.things[name].T)] -= 1
-        for name in gone:
-            cells = self.things[name]
-            occupied[tuple(cells[left[tuple(cells.T)] == 0].T)] = False
-        return occupied
 
     def _problem(self, changes: Collection[Change]) -> Optional[PlanningProblem]:
         """The robot's space with some changes made; None when it cannot be planned for."""
         kinds = {change.kind for change in changes}
         moved = [change for change in changes if change.kind is ChangeKind.MOVE]
         gone = {change.thing for change in changes if change.kind in (ChangeKind.MOVE, ChangeKind.REMOVE)}
-        occupied = self._without(gone)
+        occupied = without_things(self._request.spec, self._request.occupied, self.things, gone)
         for change in moved:
             cells = self.things[change.thing] + np.array([*change.offset, 0])
             occupied[tuple(cells.T)] = True

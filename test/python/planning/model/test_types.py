@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from python.planning.samples import SMALL, arm, block, robot
-from yarm.planning.model.types import Goal, GoalKind, without_robots
+from yarm.planning.model.types import Goal, GoalKind, without_robots, without_things
 
 FULL = np.ones(SMALL.shape, dtype=bool)
 
@@ -40,3 +40,13 @@ def test_a_kind_is_the_word_of_the_registry(kind: GoalKind) -> None:
 def test_a_goal_has_no_cells_unless_they_are_given() -> None:
     first, second = Goal("a", GoalKind.TARGET, (1, 2)), Goal("b", GoalKind.TARGET, (1, 2))
     assert first.cells.shape == (0, 3) and first.cells is not second.cells
+
+
+def test_a_map_without_a_thing_keeps_what_it_shares_with_another() -> None:
+    things = {"a": np.array([[1, 1, 0], [2, 1, 0], [99, 1, 0]]), "b": np.array([[2, 1, 0], [3, 1, 0]])}
+    occupied = np.zeros(SMALL.shape, dtype=bool)
+    occupied[1:3, 1, 0] = True
+    left = without_things(SMALL, occupied, things, ("a",))
+    assert np.argwhere(left).tolist() == [[2, 1, 0]], "nor does it get what the map did not show"
+    assert not without_things(SMALL, occupied, things, ("a", "b")).any()
+    assert occupied.sum() == 2, "the map handed in is not written to"
