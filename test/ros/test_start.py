@@ -90,3 +90,11 @@ def test_every_node_begins_so():
         if "rospy.init_node(" in file.read_text(errors="replace")
     ]
     assert others == []
+
+
+def test_a_command_without_a_master_ends_with_words(monkeypatch, capsys):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
+    with pytest.raises(SystemExit) as ended:
+        start.init_command("why", wait_s=0.0)
+    assert ended.value.code == 2
+    assert "why: no ROS master at http://localhost:1: start the system with roslaunch" in capsys.readouterr().err

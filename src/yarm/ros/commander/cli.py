@@ -26,7 +26,7 @@ from yarm.geometry.kinds import ObjectKind
 from yarm.msg import CommanderStatus, ObjectRegistry
 from yarm.ros.commander.reports import task_text
 from yarm.ros.common import names
-from yarm.ros.common.start import init_node
+from yarm.ros.common.start import init_command
 from yarm.ros.common.status_age import LOST_S, STALE_S, silence
 from yarm.srv import StateChange, StateChangeRequest
 
@@ -303,7 +303,7 @@ def clean_up(session: Session) -> int:
 def main(argv: Optional[List[str]] = None) -> int:
     """Parse, do, say how it ended; the exit code."""
     arguments = parser().parse_args(rospy.myargv(argv if argv is not None else sys.argv)[1:])
-    init_node("commander_cli", anonymous=True, disable_signals=False)
+    init_command("commander_cli", disable_signals=False)
     session = Session(arguments.timeout)
     try:
         return execute(arguments, session)

@@ -19,7 +19,7 @@ import rospy
 from yarm.commander.events import TaskState
 from yarm.msg import CommanderStatus
 from yarm.ros.common import names
-from yarm.ros.common.start import init_node
+from yarm.ros.common.start import init_command
 from yarm.srv import Why
 
 ANSWERED, NO_ANSWER, UNKNOWN = 0, 2, 3
@@ -33,7 +33,7 @@ def main(argv: Optional[List[str]] = None) -> int:
     parser = argparse.ArgumentParser(prog="why", description="Why a goal is not served, or a robot does not go on.")
     parser.add_argument("subject", nargs="?", help="name of a goal or a robot; default: every task that waits")
     options = parser.parse_args(rospy.myargv(argv if argv is not None else sys.argv)[1:])
-    init_node("why", anonymous=True)
+    init_command("why")
     try:
         rospy.wait_for_service(names.COMMANDER_WHY, timeout=LIMIT_S)
         subjects = [options.subject] if options.subject else _waiting()

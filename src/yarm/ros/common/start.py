@@ -10,16 +10,23 @@ A node obeys whoever can reach its sockets; one that is reached from other machi
 
 from __future__ import annotations
 
+import sys
 import threading
+import time
 from collections import defaultdict
 from typing import Any, Callable, DefaultDict, Tuple
 
+import rosgraph
 import rospy
 from rospy.impl.masterslave import ROSHandler
 
 from yarm.safety.listening import exposure
 
 Connect = Callable[[Any, str, str], Any]
+MASTER_WAIT_S, MASTER_POLL_S = 20.0, 0.2
+"""Wall time that a command waits for a ROS master, and between two looks, s."""
+NO_MASTER = 2
+"""Exit code of a command that finds none."""
 
 
 def init_node(name: str, **options: Any) -> None:
@@ -35,6 +42,27 @@ def init_node(name: str, **options: Any) -> None:
             name,
             exposed,
         )
+
+
+def init_command(name: str, wait_s: float = MASTER_WAIT_S, **options: Any) -> None:
+    """``init_node`` for a command that a person gives: without a ROS master it ends, with words and exit code 2.
+
+    Args:
+        name: of the node; anonymous, so that a command may run more than once.
+        wait_s: wall time in which a master that is just being started must answer.
+        options: of ``rospy.init_node``.
+    """
+    uri, until = rosgraph.get_master_uri(), time.monotonic() + wait_s
+    if not rosgraph.is_master_online():
+        sys.stderr.write(f"{name}: waits up to {wait_s:g} s for the ROS master at {uri}\n")
+    while not rosgraph.is_master_online():
+        if time.monotonic() >= until:
+            sys.stderr.write(
+                f"{name}: no ROS master at {uri}: start the system with roslaunch, or set ROS_MASTER_URI\n"
+            )
+            raise SystemExit(NO_MASTER)
+        time.sleep(MASTER_POLL_S)
+    init_node(name, anonymous=True, **options)
 
 
 def one_at_a_time(connect: Connect) -> Connect:

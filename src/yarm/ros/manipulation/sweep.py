@@ -36,7 +36,7 @@ from yarm.msg import MoveRobotAction, MoveRobotGoal, ObjectRegistry, RegisteredO
 from yarm.ros.common import names
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform, pose_message
 from yarm.ros.common.solids import solids_of
-from yarm.ros.common.start import init_node
+from yarm.ros.common.start import init_command
 
 DONE, LEFT_OUT, NO_ANSWER, REFUSED = 0, 1, 2, 3
 CELL_M = 0.5
@@ -184,7 +184,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options.add_argument("--heading", type=float, help="heading to keep, deg (default: the one that covers most)")
     options.add_argument("--results", type=Path, default=Path("results"), help="folder for sweep.png")
     chosen = options.parse_args(rospy.myargv(arguments)[1:] if arguments is None else arguments)
-    init_node("sweep", anonymous=True)
+    init_command("sweep")
     view = CellView(chosen.robot)
     missing = view.wait()
     if missing:

@@ -17,7 +17,7 @@ from nav_msgs.msg import OccupancyGrid
 from yarm.navigation.grid_map import FREE_AT_MOST, OCCUPIED_AT_LEAST
 from yarm.navigation.map_file import MapFileError, thresholds_fault, write_map, writing_fault
 from yarm.ros.common import names
-from yarm.ros.common.start import init_node
+from yarm.ros.common.start import init_command
 from yarm.ros.navigation.maps import grid_fault, grid_of
 
 SAY_AGAIN_S = 5.0
@@ -67,7 +67,7 @@ def wait_for_map(limit_s: float) -> Optional[OccupancyGrid]:
 def main() -> int:
     """Save one map; 0 when it was saved."""
     given = parse(rospy.myargv()[1:])
-    init_node("map_saver", anonymous=True)
+    init_command("map_saver")
     message = wait_for_map(given.wait)
     if message is None:
         rospy.logfatal("%s: no map within %.0f s; who publishes it?", rospy.resolve_name(names.MAP), given.wait)
