@@ -43,8 +43,6 @@ HELD_OUT = 1_000_000
 """The first seed of the instances that are for measuring alone."""
 PLANNERS = ("yarm", "attempts", "lacam")
 """``attempts`` is yarm without the complete search."""
-PEER_SEEDS = 3
-"""Seeds of each family that the other planners than yarm have; where they give up they take all their time."""
 MOST_STEPS = 400
 GIVE_UP_MS = 10_000.0
 """Processor time of planning after which a run is stopped, ms."""
@@ -179,8 +177,8 @@ def run(data: Path, seeds: range) -> None:
     table = Table(data / "joint_search.csv", ("family", "seed", "planner"), COLUMNS)
     for seed in seeds:
         for family in (*COORDINATED, *IMPOSSIBLE):
-            names = PLANNERS if seed - seeds.start < PEER_SEEDS else PLANNERS[:1]
-            for name in (*names[seed % len(names) :], *names[: seed % len(names)]):
+            first = seed % len(PLANNERS)
+            for name in (*PLANNERS[first:], *PLANNERS[:first]):
                 key = {"family": family, "seed": seed, "planner": name}
                 table.add(key, partial(stepped, family, seed, name))
         print(f"{seed + 1 - seeds.start} of {len(seeds)} seeds", flush=True)
