@@ -6,9 +6,10 @@ SHELL := /bin/bash
 # Variables a user may set on the command line.
 CASE ?= 1m1ma
 SEED ?= 3
-DEMO = $(if $(filter coursework,$(CASE)),coursework,run_experiment --case $(CASE))
+DEMO = $(if $(filter coursework,$(CASE)),coursework,run_experiment --case $(CASE)$(if $(CONSOLE), --console))
+CONSOLE ?=
 TESTS ?=
-KNOWN := CASE SEED TESTS
+KNOWN := CASE CONSOLE SEED TESTS
 GIVEN := $(foreach name,$(.VARIABLES),$(if $(filter command line,$(origin $(name))),$(name)))
 UNKNOWN := $(filter-out $(KNOWN),$(GIVEN))
 $(if $(UNKNOWN),$(error unknown variable $(UNKNOWN): make knows $(KNOWN); see `make help`))
@@ -18,7 +19,7 @@ $(if $(UNKNOWN),$(error unknown variable $(UNKNOWN): make knows $(KNOWN); see `m
 help:
 	@echo 'make setup      install Debian packages and the virtual environment (quick when done)'
 	@echo 'make build      build messages, perception and its tests'
-	@echo 'make demo       run one experiment end to end, headless: CASE=1m1ma|2m1ma|1m1ma_bin|2m1ma_bin|3m6_bin|3m|single|1m1ma_target|explore|inspect|coursework SEED=3'
+	@echo 'make demo       run one experiment end to end, headless: CASE=1m1ma|2m1ma|1m1ma_bin|2m1ma_bin|3m6_bin|3m|single|1m1ma_target|explore|inspect|coursework SEED=3; CONSOLE=1 shows the cell in a browser'
 	@echo 'make test       everything: unit, rostest and system tests; TESTS="-k name" narrows it'
 	@echo 'make test-fast  the tests that need no ROS, under a minute'
 	@echo 'make lint       formatters, linters, type checks, launch files, boundaries'

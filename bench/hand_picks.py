@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import Callable, Dict, List, Tuple
 
 import numpy as np
 from planning_table import Row, Table, read_rows
@@ -159,31 +159,13 @@ class Pick:
     def _aligned(self, world: SimWorld, robot: Ankurbot) -> str:
         """Bring the tip over the piece as it is seen; why it is not there."""
         seen = _middle(world) + self._disc(SEEN_WITHIN_M)
-        controller = BaseController(BaseParams())
         heading = _tip(world).yaw_rad
-        controller.start(BaseGoal(Pose2(*seen.tolist(), heading), tolerance_m=HandParams().hand_tolerance_m))
-        ended = world.time_s + ALIGN_LIMIT_S
-        while world.time_s < ended:
-            angles = [reading.angle for reading in robot.caster_readings()]
-            command = controller.step(_tip(world), angles, world.time_s)
-            for caster, angle in zip(("fl", "fr", "rl", "rr"), command.casters or ()):
-                robot.steer(caster, angle)
-            robot.drive(command.drive_mps, command.yaw_rate_radps, DRIVE_LIMIT_MPS)
-            if command.outcome is not Outcome.ACTIVE:
-                return "" if command.outcome is Outcome.SUCCEEDED else command.reason
-            self._tick(world)
-        return f"not aligned within {ALIGN_LIMIT_S:g} s"
+        goal = BaseGoal(Pose2(*seen.tolist(), heading), tolerance_m=HandParams().hand_tolerance_m)
+        return driven(world, robot, goal, self._tick)
 
     def _worked(self, world: SimWorld, hand: SuctionHand) -> str:
         """Pick as the controls server does; why it failed."""
-        work = HandWork(HandParams())
-        command = work.start(MobileAction.PICK, _reading(hand), world.time_s)
-        while command.outcome is Outcome.ACTIVE:
-            _send(hand, command)
-            self._tick(world)
-            command = work.step(_reading(hand), world.time_s)
-        _send(hand, command)
-        return "" if command.outcome is Outcome.SUCCEEDED else command.reason
+        return worked(world, hand, MobileAction.PICK, self._tick)
 
     def _lowered(self, world: SimWorld, hand: SuctionHand) -> None:
         """Lower the hand until it has something or the way ends."""
@@ -204,6 +186,35 @@ class Pick:
         """A random point (2,) of a disc, uniform over its area."""
         angle, away = self._rng.uniform(-math.pi, math.pi), radius_m * math.sqrt(self._rng.uniform())
         return np.array((away * math.cos(angle), away * math.sin(angle)))
+
+
+def driven(world: SimWorld, robot: Ankurbot, goal: BaseGoal, tick: Callable[[SimWorld], None]) -> str:
+    """Drive as the controls server does, ``tick`` by ``tick``; why it failed."""
+    controller = BaseController(BaseParams())
+    controller.start(goal)
+    ended = world.time_s + ALIGN_LIMIT_S
+    while world.time_s < ended:
+        angles = [reading.angle for reading in robot.caster_readings()]
+        command = controller.step(_tip(world), angles, world.time_s)
+        for caster, angle in zip(("fl", "fr", "rl", "rr"), command.casters or ()):
+            robot.steer(caster, angle)
+        robot.drive(command.drive_mps, command.yaw_rate_radps, DRIVE_LIMIT_MPS)
+        if command.outcome is not Outcome.ACTIVE:
+            return "" if command.outcome is Outcome.SUCCEEDED else command.reason
+        tick(world)
+    return f"not aligned within {ALIGN_LIMIT_S:g} s"
+
+
+def worked(world: SimWorld, hand: SuctionHand, action: MobileAction, tick: Callable[[SimWorld], None]) -> str:
+    """Pick or drop as the controls server does, ``tick`` by ``tick``; why it failed."""
+    work = HandWork(HandParams())
+    command = work.start(action, _reading(hand), world.time_s)
+    while command.outcome is Outcome.ACTIVE:
+        _send(hand, command)
+        tick(world)
+        command = work.step(_reading(hand), world.time_s)
+    _send(hand, command)
+    return "" if command.outcome is Outcome.SUCCEEDED else command.reason
 
 
 def _tip(world: SimWorld) -> Pose2:

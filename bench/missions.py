@@ -2,11 +2,15 @@
 """Whole missions in full physics over many seeds: how often they succeed, and why not when they do not.
 
     source tools/env.sh && python3 bench/missions.py --seeds 20
+    python3 bench/missions.py --cells 1000
 
 Runs in lock-step, so that a slow machine changes nothing but the wall time; a run whose results stand in the folder is
-not run again, so an interrupted study goes on where it was. The seed also lays out the scene: starts, debris, slips and
+not run again, so an interrupted study goes on where it was. 1m1ma and 2m1ma run as published, without hands: reached
+debris is deleted. The seed also lays out the scene: starts, debris, slips and
 targets (docs/simulation.md); the layout of each run is in its summary.yaml. Ends with one row a case: successes, 95 %
 confidence interval (Wilson), waypoints, simulated time, least clearance, faults; a row a run goes to a CSV file.
+With ``--cells`` random cells are run in place of the cases, every kind in turn (docs/simulation.md, "Random cells"):
+``cells.md`` in the folder has the share that failed, with its interval, and each failure with its seed and why.
 """
 
 from __future__ import annotations
@@ -21,8 +25,12 @@ from typing import Any, Dict, List, Sequence
 
 import yaml
 
+from yarm.commander.params import Removal
+from yarm.experiments.cells.study import cells
+from yarm.experiments.run.cases import case_of
 from yarm.experiments.run.writers import is_finished
 from yarm.experiments.statistics import wilson_interval
+from yarm.experiments.study.reproduce import ProgressBar
 from yarm.ros.experiment.launcher import run as run_experiment
 
 CASES = ("1m1ma", "2m1ma", "3m", "1m1ma_bin", "2m1ma_bin", "3m6_bin")
@@ -36,7 +44,8 @@ def summaries(results: Path, case: str, seeds: range, limit_s: float, flags: Seq
         if not is_finished(path.parent):
             started = time.monotonic()
             words = ["--case", case, "--seed", str(seed), "--sync", "--speed", "0", "--results", str(results)]
-            code = run_experiment([*words, *flags, "--wall-limit", str(limit_s)])
+            published = ["--removal", Removal.DELETE.value] if case_of(case).with_bin else []
+            code = run_experiment([*words, *published, *flags, "--wall-limit", str(limit_s)])
             print(f"{case} seed {seed}: exit code {code} after {time.monotonic() - started:.0f} s", flush=True)
         read = yaml.safe_load(path.read_text()) if path.is_file() else {}
         found.append({"seed": seed, "success": False, "faults": ["no results were written"], **(read or {})})
@@ -80,6 +89,13 @@ def row(case: str, runs: List[Dict[str, Any]]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+def random_cells(options: argparse.Namespace) -> int:
+    """The study of random cells (``reproduce --study cells``) in this folder; 0 when every one of them went well."""
+    print(cells(options, options.results, ProgressBar))
+    with (options.results / "cells.csv").open(newline="", encoding="utf-8") as file:
+        return 0 if all(row["success"] == "1" for row in csv.DictReader(file)) else 1
+
+
 def main() -> int:
     """Run what is missing and print the table; 0 when every mission succeeded."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -89,7 +105,12 @@ def main() -> int:
     parser.add_argument("--limit", type=float, default=900.0, help="wall seconds for one mission")
     parser.add_argument("--nominal", action="store_true", help="the layout of the scene file whatever the seed")
     parser.add_argument("--csv", type=Path, default=Path("results") / "missions" / "missions.csv")
+    parser.add_argument("--cells", type=int, default=0, help="so many random cells in place of the cases")
+    parser.add_argument("--workers", type=int, default=0, help="cells at a time; 0: one for two cores")
+    parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for the cells; default: here")
     options = parser.parse_args()
+    if options.cells:
+        return random_cells(options)
     flags = ["--nominal"] if options.nominal else []
     seeds = range(1, options.seeds + 1)
     table = {case: summaries(options.results, case, seeds, options.limit, flags) for case in options.cases}

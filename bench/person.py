@@ -30,10 +30,10 @@ from pathlib import Path
 from typing import Any, Dict, List, Tuple
 
 import raw_rows
-import rosgraph
 import rospy
 import yaml
 from geometry_msgs.msg import Twist
+from sim_time import await_simulated_time
 from tf2_msgs.msg import TFMessage
 from yarm.msg import Clearance, SafetyStatus, SimStatus
 
@@ -206,22 +206,9 @@ class Watch:
         self.factor = message.real_time_factor
 
 
-def await_simulated_time() -> None:
-    """Until the launch has said that time is simulated: a node that begins before goes by the wall for good."""
-    deadline = time.monotonic() + RUN_LIMIT_S
-    master = rosgraph.Master("/person_watch")
-    while time.monotonic() < deadline:
-        try:
-            if master.hasParam("/use_sim_time"):
-                return
-        except (OSError, rosgraph.MasterException):
-            pass  # not up yet
-        time.sleep(0.1)
-
-
 def measure(scene: Path) -> None:
     """In a process of its own: watch the run on this ROS master, say when it may begin, print its figures as JSON."""
-    await_simulated_time()
+    await_simulated_time("person_watch", RUN_LIMIT_S)
     init_node("person_watch")
     watch = Watch(yaml.safe_load(scene.read_text()))
     watch.listen()

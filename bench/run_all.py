@@ -37,8 +37,11 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
     "kinematics": [[PYTHON, "bench/kinematics.py", "--page", "bench/kinematics.md"]],
     "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
     "pieces": [[PYTHON, "bench/pieces.py"]],
+    "hidden_space": [[PYTHON, "bench/hidden_space.py", "--csv", "bench/data/hidden_space.csv"]],
     "hand_picks": [[PYTHON, "bench/hand_picks.py"]],
     "missions": [[PYTHON, "bench/missions.py", "--seeds", "20"]],
+    "cells": [[PYTHON, "bench/missions.py", "--cells", "1000"]],
+    "strangers": [[PYTHON, "bench/strangers.py", "--messages", "250000", "--requests", "1000"]],
     "person": [[PYTHON, "bench/person.py", "--seeds", "3"]],
 }
 

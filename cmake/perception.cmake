@@ -8,11 +8,14 @@ add_library(yarm_perception
   src/perception/attachments.cpp
   src/perception/backends.cpp
   src/perception/camera_watch.cpp
+  src/perception/cell_views.cpp
   src/perception/crop_kernel.cpp
+  src/perception/depth_view.cpp
   src/perception/euclidean.cpp
   src/perception/fused_backend.cpp
   src/perception/learned_cloud.cpp
   src/perception/hands.cpp
+  src/perception/hiders.cpp
   src/perception/object_memory.cpp
   src/perception/occupancy.cpp
   src/perception/original_associator.cpp
@@ -26,6 +29,7 @@ add_library(yarm_perception
   src/perception/types.cpp
   src/perception/unknown_tracker.cpp
   src/perception/view.cpp
+  src/perception/visibility.cpp
   src/perception/yarm_associator.cpp
 )
 target_include_directories(yarm_perception PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
@@ -69,16 +73,19 @@ if(CATKIN_ENABLE_TESTING)
       perception_association_test
       perception_camera_watch_test
       perception_hands_test
+      perception_hiders_test
       perception_map_test
       perception_original_test
       perception_unknown_test
       perception_piece_test
-      perception_view_test)
+      perception_view_test
+      perception_visibility_test)
     catkin_add_gtest(${test} test/cpp/perception/${test}.cpp)
     target_link_libraries(${test} yarm_scene_factory gtest_main)
   endforeach()
   target_include_directories(perception_map_test PRIVATE src/perception)
   target_include_directories(perception_unknown_test PRIVATE src/perception)
+  target_include_directories(perception_visibility_test PRIVATE src/perception)
 endif()
 
 if(TARGET yarm_scene_factory)

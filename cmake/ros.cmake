@@ -6,13 +6,16 @@ add_library(yarm_nodelets SHARED
   src/ros/cloud_reader.cpp
   src/ros/cluster_assoc.cpp
   src/ros/conversions.cpp
+  src/ros/cell_markers.cpp
   src/ros/database.cpp
   src/ros/executor.cpp
   src/ros/in_process.cpp
   src/ros/merge_clouds.cpp
   src/ros/nodelets.cpp
+  src/ros/pulse.cpp
   src/ros/report.cpp
   src/ros/tf_source.cpp
+  src/ros/visibility.cpp
 )
 target_include_directories(yarm_nodelets PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
 #catkin_lint: ignore_once external_interface_path

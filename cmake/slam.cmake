@@ -36,6 +36,7 @@ add_library(yarm_slam_ros
   src/ros/amcl.cpp
   src/ros/executor.cpp
   src/ros/map_messages.cpp
+  src/ros/pulse.cpp
   src/ros/report.cpp
   src/ros/scan_reader.cpp
   src/ros/slam_gmapping.cpp

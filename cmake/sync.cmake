@@ -9,7 +9,9 @@ install(TARGETS yarm_sync
 )
 
 if(CATKIN_ENABLE_TESTING)
-  catkin_add_gtest(set_assembler_test test/cpp/sync/set_assembler_test.cpp)
-  target_compile_options(set_assembler_test PRIVATE -Wall -Wextra -Wpedantic)
-  target_link_libraries(set_assembler_test yarm_sync gtest_main)
+  foreach(test set_assembler_test hand_words_test)
+    catkin_add_gtest(${test} test/cpp/sync/${test}.cpp)
+    target_compile_options(${test} PRIVATE -Wall -Wextra -Wpedantic)
+    target_link_libraries(${test} yarm_sync gtest_main)
+  endforeach()
 endif()

@@ -64,6 +64,8 @@ def api_page() -> str:
     lines = ["## The cell", "", *api.markdown(api.TOPICS, api.SERVICES, api.ACTIONS)]
     lines += ["", "## Mobile robots with a hand", "", "With `hands:=true` of simulation.launch.", ""]
     lines += api.markdown(api.HAND_TOPICS, api.HAND_SERVICES)
+    lines += ["", "## The youBot's arm", "", "With `rosrun yarm youbot_simulation`.", ""]
+    lines += api.markdown(api.ARM_TOPICS, ())
     lines += ["", "## A room that is explored", "", *api.markdown(api_rooms.TOPICS, api_rooms.SERVICES)]
     lines += ["", "## The explorer", ""]
     lines += [

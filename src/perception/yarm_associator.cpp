@@ -102,6 +102,9 @@ class YarmAssociator : public Associator {
     for (int i = 0; i < set_.objectCount(); ++i) {
       AssociatedObject& out = result_.objects[static_cast<std::size_t>(i)];
       out.piece = out.object == ObjectKind::kDebris ? pieceOf(seenOf(out)) : std::nullopt;
+      if (out.piece) {
+        out.piece->cameras = camerasOf(out);
+      }
       fillHidden(i, out);
     }
     fillInsides();
@@ -152,6 +155,15 @@ class YarmAssociator : public Associator {
       seen.push_back(set_.seenAt(i));
     }
     return seen;
+  }
+
+  /// The cameras that see points of an object, one bit each.
+  [[nodiscard]] std::uint32_t camerasOf(const AssociatedObject& object) const {
+    std::uint32_t cameras = 0;
+    for (const std::uint32_t i : object.source) {
+      cameras |= 1U << static_cast<std::uint32_t>((*set_.points)[i].camera);
+    }
+    return cameras;
   }
 
   void fillHidden(int i, AssociatedObject& out) {

@@ -3,6 +3,8 @@
 #include "yarm/ros/in_process.hpp"
 #include "yarm/ros/side_object.hpp"
 
+#include <yarm/GripperState.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <set>
@@ -114,33 +116,52 @@ void ClusterAssoc::onRegistry(const yarm::ObjectRegistryConstPtr& message) {
 }
 
 void ClusterAssoc::listenToHands(const yarm::ObjectRegistry& registry) {
-  std::map<std::string, ros::Subscriber> heard;
+  std::map<std::string, std::shared_ptr<Hand>> heard;
   for (const yarm::RegisteredObject& entry : registry.entries) {
     if (entry.object != toString(perception::ObjectKind::kMobile) || heard.count(entry.name) > 0) {
       continue;
     }
     const std::string robot = entry.name;
-    const boost::function<void(const std_msgs::BoolConstPtr&)> take =
-        [this, robot](const std_msgs::BoolConstPtr& word) { onGrasping(robot, *word); };
-    const auto old = hands_in_.find(robot);
-    heard[robot] = old != hands_in_.end()
-                       ? old->second
-                       : handle_.subscribe<std_msgs::Bool>(names::grasping(robot), 10, take, {}, promptly());
-  }
-  for (const auto& [robot, subscriber] : hands_in_) {
-    if (heard.count(robot) == 0) {
-      grasping_.erase(robot);
+    std::string fault;
+    if (!ros::names::validate(names::grasping(robot), fault)) {
+      warn_(names::OBJECT_REGISTRY + robot, registry_in_.getTopic() + ": no topic can be called after robot '" + robot +
+                                                "', its hand is not listened to: " + fault);
+      continue;
     }
+    const auto old = hands_.find(robot);
+    if (old != hands_.end()) {
+      heard[robot] = old->second;
+      continue;
+    }
+    const auto hand = std::make_shared<Hand>();
+    const boost::function<void(const std_msgs::BoolConstPtr&)> plain =
+        [words = &hand->words](const std_msgs::BoolConstPtr& word) { words->say(word->data != 0); };
+    hand->plain_in = handle_.subscribe<std_msgs::Bool>(names::grasping(robot), 10, plain, {}, promptly());
+    if (params_.sync) {
+      const boost::function<void(const yarm::GripperStateConstPtr&)> stamped =
+          [words = &hand->words](const yarm::GripperStateConstPtr& word) {
+            words->say(toNs(word->header.stamp), word->grasping != 0);
+          };
+      hand->stamped_in = handle_.subscribe<yarm::GripperState>(names::gripperState(robot), 50, stamped, {}, promptly());
+    }
+    heard[robot] = hand;
   }
-  hands_in_ = std::move(heard);
+  hands_ = std::move(heard);
 }
 
-void ClusterAssoc::onGrasping(const std::string& robot, const std_msgs::Bool& message) {
-  if (message.data != 0) {
-    grasping_.insert(robot);
-  } else {
-    grasping_.erase(robot);
+bool ClusterAssoc::handsKnown(perception::StampNs stamp_ns) const {
+  return std::all_of(hands_.begin(), hands_.end(),
+                     [stamp_ns](const auto& entry) { return entry.second->words.covers(stamp_ns); });
+}
+
+std::set<std::string> ClusterAssoc::graspingAt(perception::StampNs stamp_ns) {
+  std::set<std::string> grasping;
+  for (const auto& [robot, hand] : hands_) {
+    if (hand->words.holdsAt(stamp_ns)) {
+      grasping.insert(robot);
+    }
   }
+  return grasping;
 }
 
 void ClusterAssoc::onSwitch(const std_msgs::Int8ConstPtr& message) {
@@ -183,6 +204,9 @@ bool ClusterAssoc::ready(const Arrival& arrival, std::int64_t now_ns) {
     }
     seeds_stalled_ = true;
   }
+  if (!handsKnown(stamp_ns) && !waited) {
+    return false;
+  }
   const bool linked = gatherLinks(stamp_ns);
   if (!linked && !links_stalled_ && !waited) {
     return false;
@@ -220,7 +244,8 @@ void ClusterAssoc::process(perception::MergedSet& set) {
   input.knowledge = &knowledge_;
   input.links = &links_;
   input.calibrating = calibrating_;
-  input.grasping = &grasping_;
+  const std::set<std::string> grasping = graspingAt(set.stamp_ns);
+  input.grasping = &grasping;
   publishAssociated(associator_->associate(input));
   publishClusters(set);
   if (sets_seen_++ % kWatchEvery == 0) {
@@ -303,7 +328,8 @@ void ClusterAssoc::diagnose() {
   health_.value("sets", processed_);
   health_.value("calibrating", calibrating_ ? "yes" : "no");
   health_.value("registered objects", static_cast<double>(knowledge_.size()));
-  health_.value("hands that hold something", static_cast<double>(grasping_.size()));
+  const auto held = std::count_if(hands_.begin(), hands_.end(), [](const auto& e) { return e.second->words.holds(); });
+  health_.value("hands that hold something", static_cast<double>(held));
   health_.value("seeds silent for, s", silent_s);
   health_.value("sets waiting", static_cast<double>(inbox_.size()));
   health_.send(std::to_string(processed_) + " sets");

@@ -184,6 +184,7 @@ yarm::PieceView pieceMessage(const std::string& name, const perception::PieceVie
   message.axis = view.axis_rad;
   message.length = view.length;
   message.width = view.width;
+  message.cameras = view.cameras;
   return message;
 }
 
@@ -198,6 +199,7 @@ Read<std::optional<perception::PieceView>> readPiece(const yarm::PieceView& mess
   view.axis_rad = message.axis;
   view.length = message.length;
   view.width = message.width;
+  view.cameras = message.cameras;
   if (view.top.allFinite() && std::isfinite(view.axis_rad + view.length + view.width)) {
     read.value = view;
   } else {
@@ -275,6 +277,58 @@ Read<bool> readAssociated(const yarm::AssociatedClusterVector& message, percepti
       *points = std::move(taken.value);
     }
   }
+  return read;
+}
+
+void fillSeenCells(const perception::SeenCells& seen, yarm::SeenCells& message) {
+  message.cameras.clear();
+  for (const Eigen::Vector3d& camera : seen.cameras) {
+    geometry_msgs::Point point;
+    point.x = camera.x();
+    point.y = camera.y();
+    point.z = camera.z();
+    message.cameras.push_back(point);
+  }
+  message.states.resize(seen.states.size());
+  std::transform(seen.states.begin(), seen.states.end(), message.states.begin(),
+                 [](perception::CellState state) { return static_cast<std::int8_t>(state); });
+  message.behind = seen.behind;
+  message.unseen = seen.unseen;
+}
+
+Read<bool> readSeenCells(const yarm::SeenCells& message, std::size_t cells, perception::SeenCells& seen) {
+  Read<bool> read{false, ""};
+  constexpr auto kLast = static_cast<std::int8_t>(perception::CellState::kOccupied);
+  const bool known = std::all_of(message.states.begin(), message.states.end(),
+                                 [](std::int8_t state) { return state >= 0 && state <= kLast; });
+  seen.states.resize(message.states.size());
+  std::transform(message.states.begin(), message.states.end(), seen.states.begin(),
+                 [](std::int8_t state) { return static_cast<perception::CellState>(state); });
+  const auto unseen = static_cast<std::size_t>(
+      std::count_if(seen.states.begin(), seen.states.end(), [](auto state) { return !perception::isSeen(state); }));
+  if (!known) {
+    addFault(read.reason, "states must be 0 to " + std::to_string(kLast));
+  }
+  if (message.states.size() != cells || (!message.age_s.empty() && message.age_s.size() != cells)) {
+    addFault(read.reason, std::to_string(message.states.size()) + " states and " +
+                              std::to_string(message.age_s.size()) + " ages, the map has " + std::to_string(cells) +
+                              " cells; merge_clouds must have its grid (grid_node)");
+  }
+  if (message.behind.size() != unseen || message.unseen.size() != unseen) {
+    addFault(read.reason, std::to_string(message.behind.size()) + " and " + std::to_string(message.unseen.size()) +
+                              " entries for " + std::to_string(unseen) + " cells that are not seen");
+  }
+  if (message.cameras.size() > perception::kMostViews) {
+    addFault(read.reason, std::to_string(message.cameras.size()) + " cameras, at most " +
+                              std::to_string(perception::kMostViews) + " can be told apart");
+  }
+  seen.behind = message.behind;
+  seen.unseen = message.unseen;
+  seen.cameras.clear();
+  for (const geometry_msgs::Point& camera : message.cameras) {
+    seen.cameras.emplace_back(camera.x, camera.y, camera.z);
+  }
+  read.value = read.ok();
   return read;
 }
 

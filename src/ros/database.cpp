@@ -1,6 +1,8 @@
 #include "yarm/ros/database.hpp"
 
 #include "yarm/perception/predict.hpp"
+#include "yarm/ros/cell_markers.hpp"
+#include "yarm/ros/conversions.hpp"
 #include "yarm/ros/in_process.hpp"
 #include "yarm/ros/names.hpp"
 #include "yarm/ros/side_object.hpp"
@@ -15,7 +17,7 @@ namespace {
 using perception::GridSpec;
 using visualization_msgs::Marker;
 
-constexpr double kMarkerSize = 0.98;  // of a cell, so that neighbours can be told apart
+constexpr std::size_t kMostSeenWaiting = 32;  // for their maps
 
 std::vector<std::string> namesOf(const perception::AssociatedSet& set) {
   std::vector<std::string> names;
@@ -61,30 +63,6 @@ std_msgs::ColorRGBA colour(std::size_t number) {
   return made;
 }
 
-// A list of cubes on the given cells; an empty list takes the marker away.
-Marker cubes(const GridSpec& grid, perception::StampNs stamp_ns, const std::string& space,
-             const std::vector<std::int32_t>& cells) {
-  Marker marker;
-  marker.header.stamp = toTime(stamp_ns);
-  marker.header.frame_id = names::WORLD_FRAME;
-  marker.ns = space;
-  marker.type = Marker::CUBE_LIST;
-  marker.action = cells.empty() ? Marker::DELETE : Marker::ADD;
-  marker.pose.orientation.w = 1.0;
-  marker.scale.x = kMarkerSize * grid.resolution(0);
-  marker.scale.y = kMarkerSize * grid.resolution(1);
-  marker.scale.z = kMarkerSize * grid.resolution(2);
-  for (const std::int32_t index : cells) {
-    const Eigen::Vector3d centre = grid.centre(grid.cellOf(index));
-    geometry_msgs::Point point;
-    point.x = centre.x();
-    point.y = centre.y();
-    point.z = centre.z();
-    marker.points.push_back(point);
-  }
-  return marker;
-}
-
 }  // namespace
 
 Database::Database(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle)
@@ -97,6 +75,7 @@ Database::Database(const ros::NodeHandle& handle, const ros::NodeHandle& private
   collisions_out_ = handle_.advertise<Marker>(names::COLLISIONS, 10);
   occupancy_out_ = handle_.advertise<visualization_msgs::MarkerArray>(names::OCCUPANCY, 10);
   predict_ = handle_.advertiseService(names::PREDICT_NEW_STATE, &Database::onPredict, this);
+  seen_in_ = handle_.subscribe(names::SEEN_CELLS, 32, &Database::onSeen, this, ros::TransportHints().tcpNoDelay());
   associated_in_ = handle_.subscribe(names::ASSOCIATED_CLUSTERS, 32, &Database::onAssociated, this,
                                      ros::TransportHints().tcpNoDelay());
   addInProcessReader(associated_in_.getTopic());
@@ -137,6 +116,7 @@ void Database::onAssociated(const yarm::AssociatedClusterVectorConstPtr& message
   const GridSpec& grid = frame->grid;
   if (!builder_ || grid.size != builder_grid_.size || grid.min != builder_grid_.min || grid.max != builder_grid_.max) {
     builder_ = std::make_unique<perception::OccupancyBuilder>(grid);
+    hiders_ = std::make_unique<perception::HiderFinder>(grid);
     builder_grid_ = grid;
   }
   const perception::OccupancyGrid& occupancy = builder_->build(frame->set);
@@ -182,7 +162,36 @@ void Database::publishMetadata(const perception::OccupancyGrid& grid) {
   }
   message->grid.assign(grid.cells.begin(), grid.cells.end());
   message->collisions = cellsOf(grid.spec, grid.collisions);
+  addVisibility(grid, *message);
   metadata_out_.publish(message);
+}
+
+void Database::onSeen(const yarm::SeenCellsConstPtr& message) {
+  if (!seen_inbox_.empty() && message->header.stamp < seen_inbox_.back()->header.stamp) {
+    seen_inbox_.clear();  // the clock went back
+  }
+  seen_inbox_.push_back(message);
+  if (seen_inbox_.size() > kMostSeenWaiting) {
+    seen_inbox_.pop_front();
+  }
+}
+
+void Database::addVisibility(const perception::OccupancyGrid& grid, yarm::MapMetaData& message) {
+  while (!seen_inbox_.empty() && seen_inbox_.front()->header.stamp < message.header.stamp) {
+    seen_inbox_.pop_front();
+  }
+  if (seen_inbox_.empty() || seen_inbox_.front()->header.stamp != message.header.stamp) {
+    return;
+  }
+  const yarm::SeenCells& seen = *seen_inbox_.front();
+  const Read<bool> read = readSeenCells(seen, grid.spec.count(), seen_);
+  if (!read.ok()) {
+    warn_(names::SEEN_CELLS, seen_in_.getTopic() + ": left out: " + read.reason);
+    return;
+  }
+  message.visibility = seen.states;
+  message.hidden_by = hiders_->find(grid, seen_);
+  message.age_s = seen.age_s;
 }
 
 void Database::publishMarkers(const perception::OccupancyGrid& grid) {

@@ -1,5 +1,7 @@
 #include "yarm/ros/executor.hpp"
 
+#include "yarm/ros/pulse.hpp"
+
 #include <malloc.h>
 
 #include <algorithm>
@@ -44,7 +46,9 @@ void Executor::remove(PolledNode& node) {
 }
 
 void Executor::run() {
+  Pulse pulse;
   while (!stopping_ && ros::ok()) {
+    pulse.beat();
     while (pausing_ > 0) {
       std::this_thread::yield();
     }

@@ -60,7 +60,8 @@ MergeClouds::MergeClouds(const ros::NodeHandle& handle, const ros::NodeHandle& p
       view_(params_.view, params_.camera_topics.size()),
       cameras_(params_.camera_topics.size()),
       wait_ns_(ns(params_.sync ? kSyncWaitS : params_.tf_wait)),
-      health_(handle, "merge_clouds: cameras") {
+      health_(handle, "merge_clouds: cameras"),
+      visibility_(handle_, params_) {
   handle_.setCallbackQueue(&Executor::instance().queue());
   merged_ = handle_.advertise<sensor_msgs::PointCloud2>(names::MERGED_POINTS, 10);
   voxels_ = handle_.advertise<sensor_msgs::PointCloud2>(names::VOXELIZED_CLOUD, 10);
@@ -148,6 +149,7 @@ void MergeClouds::poll() {
   if (health_.due()) {
     diagnose(now_ns);
   }
+  visibility_.diagnose();
 }
 
 bool MergeClouds::waiting() const {
@@ -212,6 +214,7 @@ void MergeClouds::process(CameraSet<Arrival>& set) {
   backend_->merge(clouds, *merged);
   merged->stamp_ns = set.stamp_ns;
   if (judge(set, *merged)) {
+    visibility_.add(clouds, *merged);  // first: the map waits for what it says
     publish(merged);
     return;
   }
@@ -223,6 +226,7 @@ bool MergeClouds::judge(const CameraSet<Arrival>& set, perception::MergedSet& me
   for (std::size_t index = 0; index < cameras_.size(); ++index) {
     Camera& camera = cameras_[index];
     const perception::CameraReport& report = merged.cameras[index];
+    camera.delivered = set.items[index].has_value();
     camera.view.sees = false;
     camera.view.share = 0.0;
     if (set.items[index]) {
@@ -249,8 +253,10 @@ std::string MergeClouds::blindness() const {
   for (const Camera& camera : cameras_) {
     seeing += camera.view.sees ? 1U : 0U;
     if (!camera.view.sees) {
-      seen += "; " + camera.topic + " has no view (" + percent(camera.view.share) +
-              " of its points are finite, usually " + percent(camera.view.usual) + ")";
+      seen += "; " + camera.topic +
+              (camera.delivered ? " has no view (" + percent(camera.view.share) +
+                                      " of its points are finite, usually " + percent(camera.view.usual) + ")"
+                                : " gave no cloud for it");
     }
   }
   return std::to_string(seeing) + " of " + std::to_string(cameras_.size()) + " cameras see, at least " +
@@ -282,6 +288,7 @@ void MergeClouds::reset() {
   ROS_WARN("merge_clouds: time went back; starting afresh");
   assembler_.reset();
   view_.reset();
+  visibility_.reset();
   published_ns_.reset();
   for (Camera& camera : cameras_) {
     camera.newest_ns = 0;

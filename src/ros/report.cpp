@@ -6,6 +6,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 namespace yarm {
 
@@ -48,6 +49,12 @@ void HealthReport::value(const std::string& key, double value) {
 }
 
 void HealthReport::send(const std::string& ok_text) {
+  const char* restarts = std::getenv("YARM_RESTARTS");  // of yarm.safety.supervise
+  const char* last_end = std::getenv("YARM_LAST_END");
+  if (restarts != nullptr && last_end != nullptr) {
+    value("started again", std::string(restarts));
+    value("the one before", std::string(last_end));
+  }
   diagnostic_msgs::DiagnosticStatus status;
   using diagnostic_msgs::DiagnosticStatus;
   const auto worst = failing_ ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN;

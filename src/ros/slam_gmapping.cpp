@@ -3,6 +3,7 @@
 #include "yarm/ros/names.hpp"
 #include "yarm/ros/unused_params.hpp"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <std_msgs/Float64.h>
 
@@ -11,6 +12,7 @@ namespace yarm {
 namespace {
 
 constexpr std::size_t kScanQueue = 10;
+constexpr std::uint32_t kStateQueue = 10;
 
 }  // namespace
 
@@ -31,6 +33,7 @@ SlamGmapping::SlamGmapping(const ros::NodeHandle& handle, const ros::NodeHandle&
   map_publisher_ = handle_.advertise<nav_msgs::OccupancyGrid>(names::MAP, 1, true);
   metadata_publisher_ = handle_.advertise<nav_msgs::MapMetaData>(names::MAP_METADATA, 1, true);
   entropy_publisher_ = own.advertise<std_msgs::Float64>("entropy", 1, true);
+  state_publisher_ = own.advertise<diagnostic_msgs::DiagnosticArray>("state", kStateQueue, true);
   scans_ = handle_.subscribe(names::SCAN, kScanQueue, &SlamGmapping::onScan, this, ros::TransportHints().tcpNoDelay());
   service_ = handle_.advertiseService(names::DYNAMIC_MAP, &SlamGmapping::onGetMap, this);
   Executor::instance().add(*this);
@@ -64,9 +67,14 @@ void SlamGmapping::poll() {
     reset();
   }
   while (const auto next = reader_->next()) {
-    if (next->fault.empty()) {
-      take(next->scan);
+    if (next->fault.empty() && saidAgain(next->scan)) {
+      sendAgain();
+    } else if (next->fault.empty()) {
+      const auto result = take(next->scan);
       updateMap();  // after each scan: what a map holds must not depend on how many have waited
+      if (result) {
+        sendState(*result);
+      }
     } else {
       drop(next->topic, next->fault);
     }
@@ -85,11 +93,11 @@ bool SlamGmapping::waiting() const {
   return reader_->waiting();
 }
 
-void SlamGmapping::take(const slam::Scan& scan) {
-  const slam::ScanResult result = mapper_->addScan(scan);
+std::optional<slam::ScanResult> SlamGmapping::take(const slam::Scan& scan) {
+  slam::ScanResult result = mapper_->addScan(scan);
   if (result.status == slam::ScanStatus::kDropped) {
     drop("scan", result.reason);
-    return;
+    return std::nullopt;
   }
   if (result.status == slam::ScanStatus::kUnmatched) {
     ++scans_unmatched_;
@@ -99,6 +107,7 @@ void SlamGmapping::take(const slam::Scan& scan) {
   const bool is_first = !T_map_odom_.has_value();
   T_map_odom_ = result.T_map_odom;
   scan_stamp_.fromNSec(static_cast<std::uint64_t>(scan.stamp_ns));
+  scan_beams_ = scan.ranges.size();
   if (is_first) {
     map_due_ = scan_stamp_;
   }
@@ -108,6 +117,7 @@ void SlamGmapping::take(const slam::Scan& scan) {
   if (result.status == slam::ScanStatus::kMatched || result.status == slam::ScanStatus::kKeyframe) {
     sendEntropy(result.entropy);
   }
+  return result;
 }
 
 void SlamGmapping::drop(const std::string& key, const std::string& reason) {
@@ -125,10 +135,38 @@ void SlamGmapping::sendTransform(const ros::Time& time) {
   transform_sent_ = time;
 }
 
+bool SlamGmapping::saidAgain(const slam::Scan& scan) const {
+  return T_map_odom_ && static_cast<std::uint64_t>(scan.stamp_ns) == scan_stamp_.toNSec() &&
+         scan.ranges.size() == scan_beams_;
+}
+
+void SlamGmapping::sendAgain() {
+  if (params_.transform_publish_period > 0.0 && transform_sent_ == scan_stamp_) {
+    const ros::Time stamp = scan_stamp_ + ros::Duration(params_.tf_delay);
+    broadcaster_.sendTransform(planarTransform(params_.map_frame, params_.odom_frame, *T_map_odom_, stamp));
+  }
+}
+
 void SlamGmapping::sendEntropy(double entropy) {
   std_msgs::Float64 message;
   message.data = entropy;
   entropy_publisher_.publish(message);
+}
+
+void SlamGmapping::sendState(const slam::ScanResult& result) {
+  diagnostic_msgs::DiagnosticArray message;
+  message.header.stamp = scan_stamp_;
+  message.header.frame_id = params_.map_frame;
+  message.status.resize(1);
+  diagnostic_msgs::DiagnosticStatus& status = message.status.front();
+  const bool unmatched = result.status == slam::ScanStatus::kUnmatched;
+  status.name = "slam_gmapping: scan";
+  status.level = unmatched ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = result.reason;
+  status.values.resize(1);
+  status.values.front().key = "map stamp, ns";
+  status.values.front().value = std::to_string(map_ ? grid_.header.stamp.toNSec() : 0);
+  state_publisher_.publish(message);
 }
 
 void SlamGmapping::updateMap() {

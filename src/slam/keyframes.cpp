@@ -25,10 +25,8 @@ int Keyframes::add(std::shared_ptr<const ScanPoints> points, const Pose2& T_map_
   return size() - 1;
 }
 
-bool Keyframes::areTied(int a, int b) const {
-  return std::any_of(edges_.begin(), edges_.end(), [&](const PoseEdge& edge) {
-    return (edge.from == a && edge.to == b) || (edge.from == b && edge.to == a);
-  });
+bool Keyframes::isAnotherVisit(int a, int b) {
+  return std::abs(a - b) >= kSameVisit;
 }
 
 void Keyframes::correct(const std::vector<Pose2>& poses) {
@@ -67,7 +65,7 @@ std::vector<int> Keyframes::overlapping(const ScanPoints& scan, const Pose2& T_m
   std::vector<int> chosen;
   for (const auto& [overlap, keyframe] : found) {
     const bool is_new_visit =
-        std::all_of(chosen.begin(), chosen.end(), [&](int other) { return std::abs(other - keyframe) >= kSameVisit; });
+        std::all_of(chosen.begin(), chosen.end(), [&](int other) { return isAnotherVisit(other, keyframe); });
     if (is_new_visit && static_cast<int>(chosen.size()) < params_.old) {
       chosen.push_back(keyframe);
     }

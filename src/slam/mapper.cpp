@@ -43,6 +43,10 @@ Eigen::Matrix3d alongPose(const Eigen::Matrix3d& information, double yaw) {
   return turn.transpose() * information * turn;
 }
 
+double square(double value) {
+  return value * value;
+}
+
 bool isNewGround(const MatchResult& match) {
   return match.in_view < kLeastInView;
 }
@@ -224,11 +228,12 @@ void Mapper::addKeyframe(std::shared_ptr<const ScanPoints> points, const MatchRe
   odometry.information = alongPose(expected.information, match.T_map_sensor.yaw);
   odometry.to = keyframes_.add(std::move(points), match.T_map_sensor);
   keyframes_.addEdge(odometry);
-  addEdges(odometry.to, neighbours);
+  const bool astray = addEdges(odometry.to, neighbours);
   statistics_.keyframes = keyframes_.size();
   statistics_.edges = static_cast<int>(keyframes_.edges().size());
   moveAnchor(odometry.to, match.T_map_sensor, match.information + expected.information);
-  if (++since_optimised_ >= params_.graph.every) {
+  ++since_optimised_;
+  if (astray || since_optimised_ >= params_.graph.every) {
     optimizeSoon();
   }
 }
@@ -243,12 +248,16 @@ std::optional<PoseEdge> Mapper::matchedEdge(int from, int to) const {
                   alongPose(match.information, match.T_map_sensor.yaw), false};
 }
 
-void Mapper::addEdges(int keyframe, const std::vector<int>& neighbours) {
+bool Mapper::addEdges(int keyframe, const std::vector<int>& neighbours) {
+  bool astray = false;
   for (const int neighbour : neighbours) {
     if (const auto edge = matchedEdge(neighbour, keyframe)) {
+      const double off = squaredErrorOf(*edge, keyframes_.pose(neighbour), keyframes_.pose(keyframe));
+      astray = astray || (Keyframes::isAnotherVisit(neighbour, keyframe) && off > square(params_.graph.cauchy));
       keyframes_.addEdge(*edge);
     }
   }
+  return astray;
 }
 
 void Mapper::moveAnchor(int keyframe, const Pose2& T_map_sensor, const Eigen::Matrix3d& information) {
@@ -259,7 +268,8 @@ void Mapper::moveAnchor(int keyframe, const Pose2& T_map_sensor, const Eigen::Ma
 }
 
 void Mapper::keepForMap(const Scan& scan) {
-  if (statistics_.scans % params_.map.every != 0 || scans_of_keyframe_[anchor_.keyframe] >= params_.map.per_keyframe) {
+  const auto taken = statistics_.scans - statistics_.dropped;  // a scan that is said twice must not shift the others
+  if (taken % params_.map.every != 0 || scans_of_keyframe_[anchor_.keyframe] >= params_.map.per_keyframe) {
     return;
   }
   ++scans_of_keyframe_[anchor_.keyframe];

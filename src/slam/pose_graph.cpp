@@ -49,8 +49,7 @@ double weight(double squared, double scale) {
 double totalCost(const std::vector<Pose2>& poses, const std::vector<PoseEdge>& edges, double scale) {
   double sum = 0.0;
   for (const PoseEdge& edge : edges) {
-    const Eigen::Vector3d error = errorOf(edge, poses[edge.from], poses[edge.to]);
-    sum += cost(error.dot(edge.information * error), scale);
+    sum += cost(squaredErrorOf(edge, poses[edge.from], poses[edge.to]), scale);
   }
   return sum;
 }
@@ -160,6 +159,11 @@ std::string iterate(const std::vector<PoseEdge>& edges, const GraphParams& param
 }
 
 }  // namespace
+
+double squaredErrorOf(const PoseEdge& edge, const Pose2& from, const Pose2& to) {
+  const Eigen::Vector3d error = errorOf(edge, from, to);
+  return error.dot(edge.information * error);
+}
 
 GraphResult optimize(const std::vector<Pose2>& poses, const std::vector<PoseEdge>& edges, const GraphParams& params) {
   GraphResult result;

@@ -8,14 +8,14 @@ import sys
 import threading
 import unittest
 from pathlib import Path
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 import rospy
 import rostest
 from actionlib import SimpleActionClient
 from actionlib_msgs.msg import GoalStatus
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Point, Pose, Quaternion, Twist
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, TransformStampedVector
@@ -105,12 +105,9 @@ class PhysicsTest(unittest.TestCase):
             self.condition.wait_for(lambda: bool(self.track), timeout=30.0)
             return self.track[-1][1]
 
-    def start(self, target: Pose2, action: str = "False") -> int:
+    def start(self, target: Pose2, action: str = "False", via: Sequence[Pose2] = ()) -> int:
         """Send a goal; index into the track from where it began."""
-        goal = MoveRobotGoal(action=action)
-        goal.target.position.x, goal.target.position.y, goal.target.position.z = target.x, target.y, 0.89
-        q = goal.target.orientation
-        q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, target.yaw_rad)
+        goal = MoveRobotGoal(message_of(target), action, [message_of(pose) for pose in via])
         first = len(self.track)
         self.participant.ask(lambda: self.client.send_goal(goal))
         return first
@@ -192,6 +189,43 @@ class PhysicsTest(unittest.TestCase):
         rospy.loginfo("wheels rise by up to %.2f mm", 1000.0 * lift.max())
         self.assertLess(max(self.moved_wheels, default=0.0), 0.05)
         self.assertLess(lift.max(), 0.001, "a wheel left the floor")
+
+    def test_7_a_goal_that_leads_on_is_gone_on_to_round_the_corner(self) -> None:
+        start = self.pose()
+        corner = Pose2(start.x - 0.5, start.y + 0.8, start.yaw_rad)
+        turned = math.atan2(0.8, -0.5) + math.radians(25.0)
+        target = Pose2(corner.x + 0.6 * math.cos(turned), corner.y + 0.6 * math.sin(turned), start.yaw_rad)
+        first = self.start(corner)
+        with self.condition:
+            self.assertTrue(self.condition.wait_for(lambda: start.distance(self.track[-1][1]) > 0.4, timeout=60.0))
+        self.start(target, via=[corner])
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(60.0)), "no result")
+        self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED, self.client.get_result().message)
+        with self.condition:
+            track = self.track[first:]
+        off = max(min(line_distance(pose, start, corner), line_distance(pose, corner, target)) for _, pose in track)
+        near = [k for k, (_, pose) in enumerate(track[1:]) if pose.distance(corner) < 0.25]
+        slowest = min(speeds(track)[k] for k in near)
+        rospy.loginfo(
+            "round 25 deg: %.1f s, off the lines by %.4f m, slowest %.2f m/s", track[-1][0] - track[0][0], off, slowest
+        )
+        self.assertGreater(slowest, 0.4)
+        self.assertLess(off, 0.05)
+        self.assertLess(self.pose().distance(target), 0.03)
+
+
+def message_of(pose: Pose2) -> Pose:
+    """A pose at the end effector's height."""
+    q = Quaternion(*quaternion_from_rpy(0.0, 0.0, pose.yaw_rad))
+    return Pose(Point(pose.x, pose.y, 0.89), q)
+
+
+def line_distance(pose: Pose2, start: Pose2, end: Pose2) -> float:
+    """Distance from the straight way between two poses, metres."""
+    ahead = (pose.x - start.x) * (end.x - start.x) + (pose.y - start.y) * (end.y - start.y)
+    if ahead <= 0.0 or ahead >= start.distance(end) ** 2:
+        return min(pose.distance(start), pose.distance(end))
+    return path_deviation(start, end, pose)
 
 
 def speeds(track: List[Tuple[float, Pose2]]) -> List[float]:

@@ -128,6 +128,14 @@ class ControlTest(unittest.TestCase):
         self.assertIn("nan", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
         self.clients["ankurbot_1"].send_goal(MoveRobotGoal(action="False"))
         self.assertIn("length 1", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
+        turned = goal(Pose2(0, 0))
+        turned.via = [goal(Pose2(0.5, 0.0)).target, goal(Pose2(0.2, 0.0, 0.3)).target]
+        self.clients["ankurbot_1"].send_goal(turned)
+        refused = self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED)
+        self.assertIn("via[1] is turned by 17.2 deg from the target, allowed 0.5", refused)
+        turned.via = [wrong.target]
+        self.clients["ankurbot_1"].send_goal(turned)
+        self.assertIn("via[0] (nan", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
         self.clients["ankurbot_1"].send_goal(goal(Pose2(0, 0), "PICK debris_1"))
         self.assertIn("ankurbot_1 has no hand", self.finish(self.clients["ankurbot_1"], GoalStatus.REJECTED))
 

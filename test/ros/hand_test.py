@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
-from yarm.msg import Contacts
+from yarm.msg import Contacts, GripperState
 
 from yarm.ros.common import api, names
 from yarm.ros.common.start import init_node
@@ -27,6 +27,7 @@ from support.listening import ListeningTest
 
 ROBOT, PIECE = "ankurbot_1", "debris_1"
 JOINTS, GRASPING, LIFT = names.joint_states(ROBOT), names.gripper(ROBOT, "grasping"), names.lift_command(ROBOT)
+STATE = names.gripper(ROBOT, "state")
 STROKE_M, UP_M, MET_M = 0.2, 0.002, 0.165
 LIFTED_M = 0.85
 
@@ -39,6 +40,7 @@ class HandTest(ListeningTest):
         """Hear everything, and be heard."""
         cls.listen((JOINTS, JointState), (GRASPING, Bool), ("/tf", TFMessage), ("/rosout", Log))
         cls.keep(names.SIM_CONTACTS, Contacts, most=100_000)
+        cls.keep(STATE, GripperState, most=100_000)
         cls.lift = rospy.Publisher(LIFT, Float64, queue_size=10)
         wait_until_heard(LIFT, "simulation")
         cls.on = rospy.ServiceProxy(names.gripper(ROBOT, "on"), Empty)
@@ -77,7 +79,8 @@ class HandTest(ListeningTest):
             name = "/" + service.name.replace("{robot}", ROBOT)
             self.assertEqual(rosservice.get_service_type(name), service.type)
         told = {topic.name.replace("{robot}", ROBOT): topic.type for topic in api.HAND_TOPICS}
-        self.assertEqual(told, {LIFT: "std_msgs/Float64", GRASPING: "std_msgs/Bool"})
+        self.assertEqual(told, {LIFT: "std_msgs/Float64", GRASPING: "std_msgs/Bool", STATE: "yarm/GripperState"})
+        self.assertEqual(types[f"/{STATE}"], "yarm/GripperState")
 
     def test_c_bad_commands_are_refused_and_named(self) -> None:
         """Neither moves the hand."""
@@ -100,6 +103,11 @@ class HandTest(ListeningTest):
         self.wait(lambda: abs(self.lift_m()) < UP_M, "the hand drawn up again")
         self.assertGreater(self.height_m(rospy.get_time()), LIFTED_M)
         self.assertEqual([word.data for word in self.kept[GRASPING]], [False, True])
+        words = list(self.kept[STATE])
+        stamps = [word.header.stamp for word in words]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        turns = [b.grasping for a, b in zip(words, words[1:]) if a.grasping is not b.grasping]
+        self.assertEqual((words[0].grasping, turns), (False, [True]))
         self.off()
         self.wait(self.grasping(False), "that the cup has let go")
         fallen_s = rospy.get_time() + 1.0

@@ -14,11 +14,14 @@ import rospy
 import rostest
 from actionlib import SimpleActionClient
 from actionlib_msgs.msg import GoalStatus
+from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, SimStatus, TransformStampedVector
 
+from yarm.control.hand import CARRYING_M
 from yarm.geometry.poses import quaternion_from_rpy
 from yarm.robots import bin as bins
+from yarm.robots.ankurbot import LIFT_JOINT
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
 
@@ -30,6 +33,9 @@ BIN_XY = (0.45, -1.45)
 LIMIT_S = 300.0
 NEAR_M = 0.012
 FALL_S = 1.0
+LOWERED_M = 0.1
+MANY = 20
+STANDS_M = 0.005
 
 
 class HandWorkTest(unittest.TestCase):
@@ -42,11 +48,13 @@ class HandWorkTest(unittest.TestCase):
         cls.at: Dict[str, Tuple[float, np.ndarray]] = {}
         cls.failures: List[str] = []
         cls.in_bin: List[Tuple[float, Dict[str, str]]] = []
+        cls.lifts: List[Tuple[float, np.ndarray]] = [(0.0, np.zeros(2))]
         cls.participant = Participant()
         rospy.Subscriber(names.SEED_TRANSFORMS, TransformStampedVector, cls.on_seeds, queue_size=1000)
         rospy.Subscriber(names.SIM_CONTACTS, Contacts, cls.on_contacts, queue_size=1000)
         rospy.Subscriber(names.SIM_STATUS, SimStatus, cls.on_status, queue_size=1000)
         rospy.Subscriber("/tf", TFMessage, cls.on_tf, queue_size=1000)
+        rospy.Subscriber(names.joint_states(ROBOT), JointState, cls.on_joints, queue_size=1000)
         cls.client = SimpleActionClient(names.move_robot(ROBOT), MoveRobotAction)
         cls.participant.wait_for_begin()
         assert cls.client.wait_for_server(rospy.Duration(60.0))
@@ -77,6 +85,14 @@ class HandWorkTest(unittest.TestCase):
                 cls.at[transform.child_frame_id] = (transform.header.stamp.to_sec(), np.array([at.x, at.y, at.z]))
             cls.changed.notify_all()
 
+    @classmethod
+    def on_joints(cls, message: JointState) -> None:
+        """Keep how far down the hand was, and where its robot was last seen."""
+        with cls.changed:
+            _, at = cls.at.get(f"{ROBOT}/ee", (0.0, np.zeros(3)))
+            cls.lifts.append((message.position[message.name.index(LIFT_JOINT)], at[:2]))
+            cls.changed.notify_all()
+
     def place(self, frame: str, from_s: float = 0.0) -> np.ndarray:
         """Where a frame is at a time, s, or later."""
         with self.changed:
@@ -86,11 +102,7 @@ class HandWorkTest(unittest.TestCase):
 
     def ask(self, action: str, xy: Tuple[float, float]) -> Any:
         """State and message at the end of a goal with the tip over a place."""
-        goal = MoveRobotGoal(action=action)
-        goal.target.position.x, goal.target.position.y, goal.target.position.z = *xy, 0.97
-        q = goal.target.orientation
-        q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, np.pi)
-        self.participant.ask(lambda: self.client.send_goal(goal))
+        self.participant.ask(lambda: self.client.send_goal(goal_over(action, xy)))
         self.assertTrue(self.client.wait_for_result(rospy.Duration(LIMIT_S)), f"{action}: no end")
         return self.client.get_state(), self.client.get_result().message
 
@@ -115,7 +127,22 @@ class HandWorkTest(unittest.TestCase):
         state, said = self.ask("PICK debris_2", tuple(self.place(f"{ROBOT}/ee")[:2].tolist()))
         self.assertEqual((state, said), (GoalStatus.ABORTED, "something hangs on the cup already"))
 
-    def test_4_it_is_carried_and_let_go_into_the_bin(self) -> None:
+    def test_4_after_a_cancelled_drop_the_base_stands_until_the_hand_is_up(self) -> None:
+        """It is sent on at once; over a bin's rim it would sweep the piece along."""
+        here = tuple(self.place(f"{ROBOT}/ee")[:2].tolist())
+        self.participant.ask(lambda: self.client.send_goal(goal_over("DROP bin_1", here)))
+        with self.changed:
+            self.assertTrue(self.changed.wait_for(lambda: self.lifts[-1][0] > LOWERED_M, timeout=LIMIT_S))
+            del self.lifts[:-1]
+        state, said = self.ask("", (here[0] + 0.3, here[1]))
+        self.assertEqual(state, GoalStatus.SUCCEEDED, said)
+        down = np.array([at for lift_m, at in self.lifts if lift_m > CARRYING_M])
+        self.assertGreater(len(down), MANY)
+        self.assertLess(float(np.ptp(down, axis=0).max()), STANDS_M)
+        self.assertGreater(float(np.ptp([at for _, at in self.lifts], axis=0).max()), 0.25)
+        self.assertEqual(self.failures, [])
+
+    def test_5_it_is_carried_and_let_go_into_the_bin(self) -> None:
         """Ground truth says where it lies; nothing else was touched."""
         state, said = self.ask("DROP bin_1", BIN_XY)
         self.assertEqual(state, GoalStatus.SUCCEEDED, said)
@@ -127,12 +154,21 @@ class HandWorkTest(unittest.TestCase):
             self.assertEqual(self.in_bin[0][1], {PIECE: ""})
         self.assertEqual(self.failures, [])
 
-    def test_5_where_nothing_is_nothing_is_picked_up(self) -> None:
+    def test_6_where_nothing_is_nothing_is_picked_up(self) -> None:
         """Over the floor the lift ends before anything is met."""
         state, said = self.ask(f"PICK {PIECE}", (0.7, -1.6))
         self.assertEqual(state, GoalStatus.ABORTED)
         self.assertRegex(said, r"nothing met down to 0\.(19|20)\d m")
         self.assertEqual(self.failures, [])
+
+
+def goal_over(action: str, xy: Tuple[float, float]) -> MoveRobotGoal:
+    """A goal with the tip over a place, metres."""
+    goal = MoveRobotGoal(action=action)
+    goal.target.position.x, goal.target.position.y, goal.target.position.z = *xy, 0.97
+    q = goal.target.orientation
+    q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, np.pi)
+    return goal
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A viewpoint is blocked by what nobody knows: its goal is given up, and the round ends with all boxes, at home."""
+"""A viewpoint is blocked by what nobody knows: the robot backs off, and the round ends with all boxes, at home."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import rostest
 from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from std_srvs.srv import Trigger
 from yarm.msg import Contacts, InspectionStatus, TagVerdict
 
@@ -31,6 +32,9 @@ NAMED = {TagVerdict.BLANK: 0, **{number: number for number in range(1, 16)}}
 STATUS, TRUTH, CONTACTS = names.inspector("status"), names.SIM_POSE, names.SIM_CONTACTS
 GOAL, RESULT = names.move_base("goal"), names.move_base("result")
 ENDS = (Stage.DONE, Stage.FAILED)
+SAID, BACKED_OFF = "/rosout", "recovers (backed off)"
+LEAST_BACK_M, BACKING_S = 0.2, 5.0
+"""Backing off is 0.4 m long, and takes less than that; it ends early where the map has something behind."""
 
 
 class InspectorBlockedTest(ListeningTest):
@@ -42,6 +46,7 @@ class InspectorBlockedTest(ListeningTest):
     def setUpClass(cls) -> None:
         cls.listen()
         kinds = {STATUS: InspectionStatus, TRUTH: Odometry, CONTACTS: Contacts}
+        kinds[SAID] = Log
         for topic, kind in {**kinds, GOAL: MoveBaseActionGoal, RESULT: MoveBaseActionResult}.items():
             cls.keep(topic, kind, most=100000)
         cls.start = rospy.ServiceProxy(names.inspector("start"), Trigger)
@@ -63,6 +68,7 @@ class InspectorBlockedTest(ListeningTest):
                 self.assertEqual(NAMED[verdict.tag], LAYOUT.tags[verdict.box - 1], verdict)
         self.assertGreaterEqual(sum(verdict.tag != TagVerdict.NONE for verdict in end.verdicts), KNOWN - 1)
         self.assert_a_goal_was_blocked()
+        self.assert_it_backed_off()
         truth = self.wait(
             lambda: next((m for m in self.kept[TRUTH] if m.header.stamp >= end.header.stamp), None),
             "the place at the end",
@@ -79,6 +85,16 @@ class InspectorBlockedTest(ListeningTest):
         self.assertTrue(failed, [status.text for status in ended.values()])
         for name in failed:
             self.assertLess(goals[name].distance(LAYOUT.boxes[KNOWN].pose), 0.6, ended[name].text)
+
+    def assert_it_backed_off(self) -> None:
+        """It has said so, and by the truth it has then left its place."""
+        said = self.wait(
+            lambda: next((said for said in self.kept[SAID] if BACKED_OFF in said.msg), None),
+            f"a move_base that {BACKED_OFF}",
+        )
+        since = [m for m in self.kept[TRUTH] if 0.0 <= (m.header.stamp - said.header.stamp).to_sec() <= BACKING_S]
+        places = [pose2_of_pose(message.pose.pose) for message in since]
+        self.assertGreater(max(place.distance(places[0]) for place in places), LEAST_BACK_M, places[::25])
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -34,7 +35,6 @@ class InspectorEndsTest(ListeningTest):
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.signal = signal.Signals[rospy.get_param("~signal")]
         cls.result = Path(rospy.get_param("~result"))
         cls.listen((names.inspector("status"), InspectionStatus), (names.SIM_POSE, Odometry))
 
@@ -54,11 +54,24 @@ class InspectorEndsTest(ListeningTest):
         )
         return pose2_of_pose(found.pose.pose)
 
-    def test_the_robot_stands_and_what_was_read_is_kept(self) -> None:
+    def test_1_told_to_end_it_leaves_a_robot_that_stands_and_what_was_read(self) -> None:
+        self.end_by(signal.SIGINT)
+
+    def test_2_killed_it_leaves_a_robot_that_stands_and_what_was_read(self) -> None:
+        with self.changed:
+            self.kept[names.inspector("status")].clear()
+        with subprocess.Popen(["rosrun", "yarm", "inspector"]) as again:
+            try:
+                self.end_by(signal.SIGKILL)
+            finally:
+                again.kill()
+
+    def end_by(self, number: signal.Signals) -> None:
+        """End the inspector by a signal while the robot drives on after a verdict."""
         self.wait(self.drives_on_after_a_verdict, "a drive after the first verdict")
         pid = node_pids()[NODE]
         read = len(self.kept[names.inspector("status")][-1].verdicts)
-        os.kill(pid, self.signal)
+        os.kill(pid, number)
         self.ask(lambda: not Path(f"/proc/{pid}").exists() or "State:\tZ" in Path(f"/proc/{pid}/status").read_text(),
                  "the inspector's end")  # fmt: skip
         ended_s = rospy.get_time()

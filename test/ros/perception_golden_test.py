@@ -11,13 +11,16 @@ import unittest
 from pathlib import Path
 
 import numpy as np
+import rospy
 import rostest
+from visualization_msgs.msg import Marker
 
+from yarm.ros.common import names
 from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from perception_player import Player
+from perception_player import Player, wait_for
 from yarm.msg import MapMetaData
 
 from support import golden
@@ -35,6 +38,11 @@ class GoldenTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.recording = golden.load()
+        cls.cells = {}
+        for space in SPACES:
+            for topic in (names.HIDDEN_CELLS, names.COVERAGE):
+                key = f"{space}/{topic}"
+                rospy.Subscriber(key, Marker, lambda m, k=key: cls.cells.setdefault(k, []).append(m), queue_size=100)
         cls.found = dict(zip(SPACES, Player(cls.recording, SPACES).play()))
         if WRITE:
             cls.recording = golden.with_metadata(cls.recording, [golden.to_bytes(m) for m in cls.found[SPACES[0]]])
@@ -52,16 +60,43 @@ class GoldenTest(unittest.TestCase):
                 np.testing.assert_allclose(numbers(theirs), numbers(ours), rtol=0.0, atol=1e-12)
             standalone.seed_poses = nodelets.seed_poses
             standalone.header.seq = nodelets.header.seq
+            standalone.visibility, standalone.hidden_by, standalone.age_s = b"", [], []
             self.assertEqual(golden.to_bytes(standalone), golden.to_bytes(nodelets))
 
     def test_the_pcl_back_end_gives_the_same_map(self):
         for fused, pcl in zip(self.found["nodelets"], self.found["pcl"]):
             self.assertEqual(golden.differences(fused, pcl), [])
 
+    def test_what_the_cameras_see_of_the_cells_is_on_the_map_where_visibility_is_on(self):
+        for got in self.found["nodelets"]:
+            self.assertEqual((len(got.visibility), len(got.hidden_by), len(got.age_s)), (0, 0, 0))
+        for got in self.found["pcl"]:
+            states = np.frombuffer(bytes(got.visibility), np.int8)
+            self.assertEqual(len(states), len(got.grid))
+            self.assertEqual(len(got.hidden_by), np.count_nonzero(states < 2))
+            self.assertIn(len(got.age_s), (0, len(got.grid)))
+            self.assertGreater(np.count_nonzero(states == 2), 30000)
+            self.assertGreater(np.count_nonzero(np.array(got.hidden_by) & 0x3FFFFFFF), 1000)
+        ages = [np.array(got.age_s) for got in self.found["pcl"] if len(got.age_s)]
+        self.assertTrue(0 < len(ages) < len(self.found["pcl"]))
+        states = np.frombuffer(bytes(self.found["pcl"][0].visibility), np.int8)
+        np.testing.assert_array_equal(ages[0], np.where(states < 2, np.inf, 0.0))
+
     def test_no_cell_is_claimed_twice_while_calibrating(self):
         for golden_set, got in zip(self.recording.sets, self.found["nodelets"]):
             if golden_set.calibrating:
                 self.assertEqual(len(got.collisions), 0)
+
+    def test_cells_that_no_camera_sees_are_shown_where_visibility_is_on_and_nowhere_else(self):
+        wanted = {f"{space}/{topic}" for space in SPACES[1:] for topic in (names.HIDDEN_CELLS, names.COVERAGE)}
+        wait_for(lambda: wanted <= set(self.cells), f"{wanted}")
+        self.assertEqual(set(self.cells), wanted)
+        for key in wanted:
+            last = self.cells[key][-1]
+            middles = np.array([(p.x, p.y, p.z) for p in last.points])
+            self.assertEqual(last.header.frame_id, "world")
+            self.assertTrue(np.all(np.abs(middles[:, :2]) < 2.5) and np.all(np.abs(middles[:, 2] - 0.655) < 0.645))
+        self.assertGreater(len(self.cells[f"standalone/{names.HIDDEN_CELLS}"][-1].points), 500)
 
     def test_a_difference_is_noticed(self):
         got = golden.from_bytes(MapMetaData, golden.to_bytes(self.found["nodelets"][-1]))

@@ -184,6 +184,15 @@ class PerceptionTest(unittest.TestCase):
         self.assertNotEqual(metadata.UIDs[metadata.frames.index("debris_7")], first)
         self.cell.register(*things(TABLE, ROBOT))
 
+    def test_10a_a_robot_that_no_topic_can_be_called_after_ends_nothing(self):
+        _, *how = ROBOT
+        odd = ("../odd", *how[:-1], (9.0, 9.0, 0.4))
+        self.cell.register(*things(TABLE, ROBOT, odd))
+        for _ in range(3):
+            self.assertEqual(self.cell.step().frames[:2], ["table", "ankurbot_1"])
+        self.cell.register(*things(TABLE, ROBOT))
+        self.cell.step_until(lambda m: m.frames == ["table", "ankurbot_1"], "the registry of before")
+
     def test_11_seeds_silent(self):
         self.cell.step()
         self.cell.tf_on = False

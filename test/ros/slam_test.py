@@ -25,7 +25,7 @@ from yarm.ros.common.start import init_node
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support import slam_log
-from support.scan_player import LIMIT_S, MOUNT, ScanPlayer, scan_of, transform
+from support.scan_player import LIMIT_S, MOUNT, UNKNOWN, ScanPlayer, scan_of, transform
 
 PROGRAMS = Path(os.environ["CMAKE_PREFIX_PATH"].split(os.pathsep)[0]) / "lib" / "yarm"
 ROOM, SCANS = 4, 900
@@ -166,6 +166,16 @@ class SlamTest(unittest.TestCase):
         self.assertLess(
             np.sum(np.array(first_again.data) > 50), 0.5 * np.sum(np.array(self.player.maps[maps - 1].data) > 50)
         )
+
+    def test_7b_a_scan_that_is_said_again_is_answered_again(self) -> None:
+        """In lock-step the first moment is said until everybody has heard the answer."""
+        last = self.tour.moments[199]
+        answer = self.player.T_map_odom
+        self.assertEqual(answer[0], last.stamp_ns)
+        for _ in range(2):
+            self.player.T_map_odom = UNKNOWN
+            self.player.step(last)
+            self.assertEqual(self.player.T_map_odom, answer)
 
     def test_8_wrong_parameters_are_refused_all_at_once(self) -> None:
         command = [

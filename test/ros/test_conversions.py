@@ -30,6 +30,8 @@ from yarm.ros.simulation.clouds import RawCloud, RawTransforms, quaternions_of
 from yarm.sim.sensors.camera_model import CLOUD_DTYPE
 
 angles = st.floats(-math.pi, math.pi)
+BYTES_OF_NO_VISIBILITY = 12
+"""Three empty arrays at the end of a serialised MapMetaData."""
 
 
 def serialised(message) -> bytes:
@@ -81,15 +83,15 @@ def test_a_grid_is_read_from_its_bytes():
 
 
 def test_what_is_seen_of_debris_is_read_after_the_collisions():
-    seen = PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
+    seen = PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06, 0b101)
     found = parse_map_metadata(serialised(metadata(pieces=[seen], collisions=[GridIndex(0, 1, 2)])))
-    assert found.objects["böx"].piece == SeenPiece(42, (0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
+    assert found.objects["böx"].piece == SeenPiece(42, (0.1, -0.2, 0.77), 0.5, 0.15, 0.06, (1, 3))
     assert found.objects["ankurbot_1"].piece is None
 
 
 def test_what_is_carried_is_read_after_the_pieces():
     pose = Pose(Point(0.01, -0.02, -0.1), Quaternion(0.0, 0.0, 1.0, 0.0))
-    seen = PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06)
+    seen = PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06, 0b101)
     how = [CarriedMessage("böx", "ankurbot_1", pose)]
     found = parse_map_metadata(serialised(metadata(carried=how, pieces=[seen])))
     assert found.objects["böx"].carried == CarriedPiece("ankurbot_1", (0.01, -0.02, -0.1), (0.0, 0.0, 1.0, 0.0))
@@ -112,9 +114,12 @@ def test_a_load_that_makes_no_sense_is_refused(how, words):
 @pytest.mark.parametrize(
     ("seen", "words"),
     [
-        (PieceView("nobody", 42, Point(0.1, -0.2, 0.77), 0.5, 0.15, 0.06), "'nobody' is seen, which is not on the map"),
-        (PieceView("böx", 42, Point(math.nan, -0.2, 0.77), 0.5, 0.15, 0.06), "böx must be finite"),
-        (PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, math.inf, 0.06), "böx must be finite"),
+        (
+            PieceView("nobody", 42, Point(0.1, -0.2, 0.77), 0.5, 0.1, 0.06, 0),
+            "'nobody' is seen, which is not on the map",
+        ),
+        (PieceView("böx", 42, Point(math.nan, -0.2, 0.77), 0.5, 0.15, 0.06, 0), "böx must be finite"),
+        (PieceView("böx", 42, Point(0.1, -0.2, 0.77), 0.5, math.inf, 0.06, 0), "böx must be finite"),
     ],
 )
 def test_a_piece_that_makes_no_sense_is_refused(seen, words):
@@ -140,9 +145,49 @@ def test_a_grid_that_contradicts_itself_is_refused_with_what_is_wrong(changes, w
 
 def test_bytes_that_end_too_early_are_refused_wherever_they_end():
     data = serialised(metadata())
-    for end in range(0, len(data) - 5, 7):  # without its last field, the collisions, the map is whole
+    for end in set(range(0, len(data), 7)) - {len(data) - BYTES_OF_NO_VISIBILITY}:
         with pytest.raises(ValueError, match=f"planning_metadata of {end} bytes cannot be read"):
             parse_map_metadata(data[:end])
+
+
+STATES = [2] * 22 + [1, 0]
+
+
+def test_what_the_cameras_see_of_the_cells_is_read_after_the_carried_pieces():
+    ages = [0.0] * 22 + [1.5, math.inf]
+    sight = parse_map_metadata(serialised(metadata(visibility=STATES, hidden_by=[1 << 31, 2], age_s=ages))).visibility
+    assert sight is not None and sight.age_s is not None
+    assert sight.states.shape == sight.age_s.shape == (2, 3, 4)
+    assert np.argwhere(sight.unseen).tolist() == [[1, 2, 2], [1, 2, 3]]
+    assert sight.hidden_by.tolist() == [1 << 31, 2]
+    assert sight.age_s[1, 2, 2:].tolist() == [1.5, math.inf]
+    without_ages = parse_map_metadata(serialised(metadata(visibility=STATES, hidden_by=[1, 2]))).visibility
+    assert without_ages is not None and without_ages.age_s is None
+
+
+def test_a_map_without_visibility_is_whole_and_so_is_one_from_before_there_was_any():
+    data = serialised(metadata())
+    assert parse_map_metadata(data).visibility is None
+    old = parse_map_metadata(data[:-BYTES_OF_NO_VISIBILITY])
+    assert old.visibility is None and list(old.objects) == ["ankurbot_1", "böx"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"visibility": STATES[:-1], "hidden_by": [1]}, "visibility has 23 values, the grid of .* needs 24 or none"),
+        ({"visibility": [*STATES[:-1], 4], "hidden_by": [1]}, "visibility's values 1 to 4 must be 0 to 3"),
+        ({"visibility": [*STATES[:-1], -1], "hidden_by": [1]}, "visibility's values -1 to 2 must be 0 to 3"),
+        ({"visibility": STATES, "hidden_by": [1]}, "hidden_by has 1 values for 2 cells that are not seen"),
+        ({"hidden_by": [1]}, "hidden_by has 1 values for 0 cells"),
+        ({"visibility": STATES, "hidden_by": [1, 1], "age_s": [0.0]}, "age_s has 1 values, the grid of .* needs 24"),
+        ({"visibility": STATES, "hidden_by": [1, 1], "age_s": [math.nan] * 24}, "age_s must be 0 or more"),
+        ({"visibility": STATES, "hidden_by": [1, 1], "age_s": [-1.0] * 24}, "age_s must be 0 or more"),
+    ],
+)
+def test_visibility_that_makes_no_sense_is_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        parse_map_metadata(serialised(metadata(**changes)))
 
 
 @given(st.floats(-9, 9), st.floats(-9, 9), st.floats(-9, 9), angles)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Optional
+import threading
+from typing import List, Optional
 
 import numpy as np
 import pytest
 import rospy
+from actionlib.status_tracker import StatusTracker
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
+from yarm.msg import MoveRobotActionGoal
 
 from yarm.geometry import Pose2
+from yarm.ros.common.checks import Doorkeeper
 from yarm.ros.common.conversions import pose2_of_pose
-from yarm.ros.common.goal_queue import GoalEvent
+from yarm.ros.common.goal_queue import MOST_EARLY, GoalEvent, GoalQueue
 from yarm.ros.navigation.goal_server import due_goals, goal_in_map
 from yarm.ros.navigation.outputs import path_message, stamped_pose
 from yarm.ros.rooms.rgb import frame_number
@@ -100,3 +104,59 @@ def test_frames_are_due_thirty_times_a_hundred_ticks() -> None:
     due = [tick for tick in range(1, 101) if frame_number(tick, 30.0) > frame_number(tick - 1, 30.0)]
     assert len(due) == 30 and set(np.diff(due)) == {3, 4}
     assert [frame_number(tick, 100.0) for tick in (1, 2, 3)] == [1, 2, 3]
+
+
+class Standing(GoalQueue):
+    """A queue that no master knows, with goals that were sent to it."""
+
+    def __init__(self, *goals: str) -> None:
+        self.lock, self.started, self.last_cancel = threading.RLock(), True, rospy.Time()
+        self.publish_status = lambda: None
+        self._cancels, self._wake, self.cancelled = Doorkeeper("move_robot/cancel"), lambda: None, []
+        self.cancel_callback = lambda handle: self.cancelled.append(handle.get_goal_id().id)
+        self.status_list = [
+            StatusTracker(None, None, MoveRobotActionGoal(goal_id=GoalID(rospy.Time(5), name))) for name in goals
+        ]
+
+    def cancel(self, name: str, stamp_s: float = 0.0) -> None:
+        self.internal_cancel_callback(GoalID(rospy.Time.from_sec(stamp_s), name))
+
+
+@pytest.fixture
+def now_10_s(monkeypatch: pytest.MonkeyPatch) -> List[str]:
+    """It is 10 s of simulated time; what actionlib complains of."""
+    monkeypatch.setattr(rospy.rostime, "_rostime_initialized", True)
+    monkeypatch.setattr(rospy.rostime, "_rostime_current", rospy.Time(10))
+    complaints: List[str] = []
+    monkeypatch.setattr(rospy, "logerr", lambda text, *_: complaints.append(text))
+    return complaints
+
+
+def test_a_flood_of_cancels_of_goals_nobody_sent_leaves_the_others_as_they_are(now_10_s: List[str]) -> None:
+    server = Standing("a", "b")
+    for i in range(3 * MOST_EARLY):
+        server.cancel(f"nobody {i}")
+    assert len(server.status_list) <= 2 + MOST_EARLY + 1
+    assert server.cancelled == [] and now_10_s == []
+    server.cancel("b")
+    assert server.cancelled == ["b"]
+    server.cancel("")
+    assert server.cancelled == ["b", "a"] and now_10_s == []
+
+
+def test_a_cancel_of_the_future_is_refused_and_one_of_now_counts(now_10_s: List[str]) -> None:
+    server = Standing("a")
+    server.cancel("", 1e4)
+    assert server.cancelled == [] and server.last_cancel == rospy.Time()
+    server.cancel("", 10.0)
+    assert server.cancelled == ["a"] and server.last_cancel == rospy.Time(10)
+    assert now_10_s == []
+
+
+def test_a_cancel_that_comes_before_its_goal_is_kept(now_10_s: List[str]) -> None:
+    server = Standing()
+    server.cancel("late")
+    server.cancel("other")
+    server.cancel("late")
+    assert (server.cancelled, now_10_s) == ([], [])
+    assert sorted(st.status.goal_id.id for st in server.status_list) == ["late", "other"]

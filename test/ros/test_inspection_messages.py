@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 import rospy
@@ -33,6 +34,7 @@ from yarm.ros.inspection.params import inspector_params
 from yarm.ros.inspection.verdicts import box_verdict, free_verdict
 from yarm.tags.evidence import TagVerdict as Evidence
 from yarm.tags.free_look import FreeLook
+from yarm.tags.pictures import stranger
 from yarm.tags.recogniser import Finding
 
 BOX = Box(3, Pose2(1.0, 2.0, math.pi / 2))
@@ -115,6 +117,16 @@ def test_parameters_and_files_are_read_together(tmp_path):
     )
     assert len(given.boxes) == 10 and len(given.tags) == 15 and given.report.images == 3
     assert given.params.round.time_limit_s == 480.0 and (tmp_path / "new").is_dir()
+
+
+def test_two_tags_with_one_picture_are_refused_by_numbers_and_files(tmp_path):
+    for name, number in (("one.png", 0), ("two.png", 1), ("again.png", 0)):
+        cv2.imwrite(str(tmp_path / name), stranger(number))
+    listed = tmp_path / "tags.yaml"
+    files = {1: "one.png", 2: "two.png", 5: "again.png"}
+    listed.write_text("tags:\n" + "".join(f"- {{number: {n}, file: {file}}}\n" for n, file in files.items()))
+    with pytest.raises(ParamError, match=r"tags 1 and 5 \(one.png, again.png\) show the same picture.*leave one out"):
+        inspector_params({"tags": str(listed), "result": str(tmp_path / "r.txt")}, PRACTICE, "/inspector")
 
 
 def test_everything_that_is_wrong_is_told_at_once(tmp_path):

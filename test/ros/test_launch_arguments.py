@@ -12,6 +12,7 @@ import yaml
 from yarm.commander.params import CommanderParams
 from yarm.params import build
 from yarm.planning.registry import PLANNER_NAMES
+from yarm.resources import resource
 from yarm.robots.hc10 import AT_ORIGIN
 from yarm.ros.common.launch_arguments import faults
 from yarm.ros.common.stations import station_of
@@ -29,6 +30,7 @@ from yarm.sim.scenes.scene import load_scene
         ("rviz:=yes", "one of true, false"),
         ("real_time_factor:=fast", "number within"),
         ("check_steps:=maybe", "one of true, false, report"),
+        ("execution:=maybe", "one of steps, continuous"),
         ("replanning:=maybe", "one of true, false"),
         ("controller:=best", "one of explore_lite"),
         ("controller@inspection:=nearest", "one of yarm, report"),
@@ -149,7 +151,65 @@ def test_one_manipulator_is_what_nobody_has_to_ask_for():
     assert station_of(params["/hc10_barc/station"], "") == AT_ORIGIN
 
 
+def test_the_console_comes_only_when_it_is_asked_for():
+    assert not [name for name in dumped("full_system") if name.startswith("/console/")]
+    for launch in ("full_system", "experiment", "explore_experiment", "inspect_experiment"):
+        params = dumped(launch, "console:=true", "console_port:=0", "console_token:=/tmp/token")
+        assert (params["/console/port"], params["/console/token_file"]) == (0, "/tmp/token")
+        assert params["/console/host"] == "127.0.0.1"
+    assert faults(["console:=perhaps", "console_port:=70000"]) == [
+        "launch argument console = 'perhaps': must be one of true, false",
+        "launch argument console_port = '70000': must be within 0 to 65535",
+    ]
+
+
 @pytest.mark.parametrize("planner", PLANNER_NAMES)
 def test_every_planner_there_is_can_be_launched(planner):
     assert faults([f"planner:={planner}"]) == []
     assert build(CommanderParams, {"planner": planner}).planner == planner
+
+
+QUARTERS, EIGHTHS = [0.0, 90.0, -90.0], [0.0, 90.0, -90.0, 45.0, -45.0]
+AS_PUBLISHED, TO_A_BIN = ("delete", False, QUARTERS), ("bin", True, EIGHTHS)
+
+
+def debris_goes(launch, *arguments):
+    """What becomes of debris by a launch file: the Commander's removal, whether robots have hands, and their turns."""
+    params = dumped(launch, *arguments)
+    return params["/commander/removal"], params["/simulation/hands"], params["/commander/turns_deg"]
+
+
+def test_debris_is_carried_to_a_bin_where_the_scene_has_one(tmp_path):
+    own = tmp_path / "mine_bin.yaml"
+    own.write_text((resource("scenes", "cell") / "1m1ma_bin.yaml").read_text())
+    assert debris_goes("full_system") == debris_goes("experiment") == TO_A_BIN
+    assert debris_goes("full_system", f"scene:={own}") == TO_A_BIN
+    assert debris_goes("full_system", "scene:=2m1ma") == debris_goes("experiment", "case:=2m1ma") == AS_PUBLISHED
+    assert debris_goes("full_system", "removal:=delete") == AS_PUBLISHED
+    assert debris_goes("full_system", "scene:=2m1ma", "hands:=true") == ("delete", True, QUARTERS)
+
+
+def test_scenes_with_bins_are_those_whose_names_say_so():
+    scenes = {path.stem: load_scene(path.stem) for path in resource("scenes", "cell").glob("*.yaml")}
+    assert {name for name, scene in scenes.items() if scene.bins} == {name for name in scenes if name.endswith("_bin")}
+
+
+def test_nothing_is_carried_without_a_hand_or_a_bin(tmp_path):
+    one_has = tmp_path / "one_has.yaml"
+    text = (resource("scenes", "cell") / "2m1ma_bin.yaml").read_text()
+    one_has.write_text(text.replace("type: ankurbot,", "type: ankurbot_hand,", 1))
+    assert faults([f"scene:={one_has}", "hands:=false", "removal:=bin"]) == []
+    assert faults(["scene:=2m1ma_bin", "hands:=true", "removal:=bin"]) == []
+    assert faults(["scene:=2m1ma", "hands:=false", "removal:=delete"]) == []
+    (fault,) = faults(["scene:=2m1ma_bin", "hands:=false", "removal:=bin"])
+    assert fault.endswith("the robots need hands, and hands = 'false'; say hands:=true")
+    (fault,) = faults(["scene:=2m1ma", "hands:=true", "removal:=bin"])
+    assert "scene 2m1ma has no bins to carry debris to" in fault and "or say removal:=delete" in fault
+
+
+def test_a_scene_files_experiment_is_recorded_beside_its_results():
+    scene = resource("scenes", "cell") / "2m1ma_bin.yaml"
+    words = [f"case:={scene}", "seed:=5", "bag:=true", "results:=/tmp/here"]
+    command = ["roslaunch", "--args", "record", "yarm", "experiment.launch", *words]
+    told = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout
+    assert " -O /tmp/here/2m1ma_bin/5/run.bag " in told

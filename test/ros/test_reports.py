@@ -16,6 +16,7 @@ from yarm.geometry import GridSpec
 from yarm.planning.model.types import GoalKind
 from yarm.planning.why.causes import Answer, Cause
 from yarm.planning.why.changes import Change, ChangeKind
+from yarm.ros.commander.markers import state_marker
 from yarm.ros.commander.reports import status_message, task_text, why_response
 
 
@@ -29,6 +30,12 @@ def test_a_status_goes_through_ros_with_the_word_of_its_tasks_kind() -> None:
     assert [task.kind for task in received.tasks] == ["Clear", "Bin", "Debris", "Target", "Home"]
     assert {task.status for task in received.tasks} == {"moving"} and received.outcome == ""
     assert received.state_name == "BOUNDED" and received.header.stamp.to_sec() == 12.5
+
+
+def test_the_words_of_the_picture_are_those_of_the_message() -> None:
+    tasks = (TaskView("r", "debris_1", GoalKind.DEBRIS, TaskState.CARRYING, "", 1.5),)
+    shown = state_marker(Status(State.BOUNDLESS, False, tasks, Ending.SUCCEEDED, "", 3.0))
+    assert shown.text == "5 BOUNDLESS succeeded\nr > debris_1: carrying"
 
 
 def test_an_answer_to_why_goes_through_ros_with_its_moves_in_metres() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from types import SimpleNamespace
@@ -18,7 +19,9 @@ from yarm.msg import BumperEvent as BumperMessage
 from yarm.msg import StepAck
 
 from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
+from yarm.ros.common.readings import read_pressed
 from yarm.ros.common.robot_inputs import RobotInputs
+from yarm.ros.rooms.messages import bumper_cloud
 
 NOW_S = 10.0
 LONG_S = 60.0
@@ -127,6 +130,56 @@ def test_without_lock_step_and_after_the_limit_nobody_waits(quiet, changes):
     with heard._changed:
         heard._wait_for_all_of(NOW_S)
     assert heard._scan is None
+
+
+def cloud(stamp_s, *pressed):
+    return bumper_cloud(frozenset(pressed), rospy.Time(stamp_s))
+
+
+def test_every_set_of_pressed_sectors_is_read_from_its_cloud_and_a_broken_one_is_refused():
+    for count in range(4):
+        for sectors in itertools.combinations(Bumper, count):
+            assert read_pressed(cloud(NOW_S, *sectors)) == (frozenset(sectors), "")
+    short, other, few = cloud(NOW_S), cloud(NOW_S), cloud(NOW_S)
+    short.data, other.fields[0].name, few.width = short.data[:20], "z", 2
+    assert "20 bytes for 3 points of 12" in read_pressed(short)[1]
+    assert "('z', 0, 7)" in read_pressed(other)[1] and "2 points" in read_pressed(few)[1]
+
+
+def test_a_pass_of_the_lock_step_waits_for_bumper_events_that_bear_no_stamp(heard):
+    heard._on_scan(scan(NOW_S))
+    heard._on_odometry(odometry(NOW_S))
+    assert heard._on_pressed(cloud(NOW_S, Bumper.RIGHT)) == ""
+    assert heard._late(NOW_S) == [], "what was pressed from the start was never an event"
+    heard._on_scan(scan(NOW_S + 0.1))
+    heard._on_odometry(odometry(NOW_S + 0.1))
+    assert heard._late(NOW_S + 0.1) == ["bumper event"]
+    heard._on_pressed(cloud(NOW_S + 0.1, Bumper.RIGHT, Bumper.LEFT))
+    assert heard._late(NOW_S + 0.1) == ["bumper event"], "of the left, on its way yet"
+    heard._on_bumper(BumperMessage(bumper=BumperMessage.LEFT, state=BumperMessage.PRESSED))
+    assert heard._late(NOW_S + 0.1) == []
+    heard._on_bumper(BumperMessage(bumper=BumperMessage.RIGHT, state=BumperMessage.RELEASED))
+    assert heard._late(NOW_S + 0.1) == ["bumper event"]
+    heard.forget()
+    assert "bumper event" not in heard._stamps(NOW_S), "nobody is waited for who has not spoken"
+
+
+def test_what_a_pass_goes_on_without_is_said_once_and_again_after_it_has_come(quiet, monkeypatch):
+    said = []
+    monkeypatch.setattr(rospy, "logwarn", lambda text, *values: said.append(text % values))
+    heard = RobotInputs(params(sync_wait=0.01))
+    heard._on_scan(scan(NOW_S))
+    with heard._changed:
+        heard._wait_for_all_of(NOW_S)
+        heard._wait_for_all_of(NOW_S)
+        assert len(said) == 1 and "at 10.00 s: no odometry of this moment within 0.01 s" in said[0]
+        heard._wait_for_all_of(NOW_S + 0.1)
+        assert len(said) == 2 and "no scan and no odometry" in said[1]
+    heard._on_odometry(odometry(NOW_S))
+    with heard._changed:
+        heard._wait_for_all_of(NOW_S)
+        heard._wait_for_all_of(NOW_S + 0.1)
+    assert len(said) == 3
 
 
 def test_the_lock_step_begins_when_all_that_are_waited_for_have_answered(quiet):

@@ -25,7 +25,13 @@ DISPLAY_OF = {
     "sensor_msgs/PointCloud2": "rviz/PointCloud2",
 }
 WITHOUT_TOPIC = {"rviz/Grid", "rviz/RobotModel", "rviz/TF"}
-CELL = (names.OCCUPANCY, names.COLLISIONS, names.MAPS_AND_MASKS, names.PARTICLES_AND_WAYPOINTS)
+CELL = (
+    names.OCCUPANCY,
+    names.COLLISIONS,
+    names.HIDDEN_CELLS,
+    names.MAPS_AND_MASKS,
+    names.PARTICLES_AND_WAYPOINTS,
+)
 EXPLORATION = (
     names.SCAN,
     names.SIM_POSE,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -98,3 +100,32 @@ def test_a_command_without_a_master_ends_with_words(monkeypatch, capsys):
         start.init_command("why", wait_s=0.0)
     assert ended.value.code == 2
     assert "why: no ROS master at http://localhost:1: start the system with roslaunch" in capsys.readouterr().err
+
+
+def test_a_node_that_was_started_again_says_how_often_and_why():
+    status = start.restarts_status("safety_monitor", "2", "killed by SIGKILL")
+    assert status.name == "safety_monitor: supervision"
+    assert status.level == status.WARN
+    assert "2 times" in status.message
+    assert "killed by SIGKILL" in status.message
+    assert [value.value for value in status.values] == ["2", "killed by SIGKILL"]
+
+
+SANDER_BEGINS = """
+import sys
+from yarm.control.sander.planner import SanderPlanner
+from yarm.control.arm.model import load_arm
+from yarm.robots.hc10 import AT_ORIGIN
+from yarm.ros.sander.node import SanderNodeParams
+SanderPlanner(load_arm(AT_ORIGIN.folded), SanderNodeParams())
+print(sorted({"matplotlib.pyplot", "roslaunch", "setuptools"} & set(sys.modules)))
+import matplotlib.pyplot
+assert matplotlib.pyplot.figure
+"""
+
+
+def test_a_sander_that_is_started_again_imports_nothing_that_it_does_not_need():
+    """Half of the processor time until it was back went into libraries for pictures, launching and installing."""
+    command = [sys.executable, "-c", SANDER_BEGINS]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=LIMIT_S)
+    assert done.stdout.splitlines()[-1:] == ["[]"], done

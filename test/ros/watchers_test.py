@@ -6,16 +6,18 @@ from __future__ import annotations
 import math
 import os
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
+import psutil
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
-from yarm.msg import CommanderStatus, SanderStatus
+from yarm.msg import CommanderStatus, SafetyStatus, SanderStatus
 from yarm.srv import SpawnObstaclesRequest
 
 from yarm.ros.common import names
@@ -25,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.commander_driver import CommanderDriver
 
 ROBOT, ARM = "ankurbot_1", "hc10_barc"
+CONTROLS, SANDER = "multi_robot_controls_server", "hc10_state_machine"
 STOP_S = 1.0
 """Braking of the arm, or of the robot at full speed: 0.3 s, and what a busy machine takes for the messages, s."""
 REST_MPS, REST_RADPS = 0.03, 0.02
@@ -39,6 +42,9 @@ class WatchersTest(CommanderDriver):
     def setUpClass(cls):
         super().setUpClass()
         cls.sander, cls.sander_said, cls.track, cls.joints = SanderStatus(), [], [], []
+        cls.again, cls.safety = set(), SafetyStatus()
+        rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, cls.on_safety, queue_size=100)
+        rospy.Subscriber(names.DIAGNOSTICS, DiagnosticArray, cls.on_diagnostics, queue_size=100)
         rospy.Subscriber(names.sander_status(ARM), SanderStatus, cls.on_sander, queue_size=100)
         rospy.Subscriber(names.joint_states(ARM), JointState, cls.on_joints, queue_size=1000)
         rospy.Subscriber("/tf", TFMessage, cls.on_tf, queue_size=1000)
@@ -51,6 +57,19 @@ class WatchersTest(CommanderDriver):
         with cls.condition:
             cls.sander = message
             cls.sander_said.append(message)
+            cls.condition.notify_all()
+
+    @classmethod
+    def on_safety(cls, message):
+        with cls.condition:
+            cls.safety = message
+            cls.condition.notify_all()
+
+    @classmethod
+    def on_diagnostics(cls, message):
+        told = {s.name.split(":")[0] for s in message.status if any(v.key == "started again" for v in s.values)}
+        with cls.condition:
+            cls.again |= told
             cls.condition.notify_all()
 
     @classmethod
@@ -125,47 +144,106 @@ class WatchersTest(CommanderDriver):
 
     def test_3_a_frozen_commander_is_named_by_the_command_line(self):
         self.drive("target_2", (0.65, 1.65))
-        pid = self.pid_of(names.COMMANDER_NODE)
-        os.kill(pid, signal.SIGSTOP)
-        try:
+        with self.stopped(names.COMMANDER_NODE):
             since_s = rospy.get_time()
             self.rests(since_s + 0.6 + STOP_S + 0.1, 3.0)
             self.wait(lambda: "nothing heard from commander" in self.sander.reason, "the arm's word")
             code, said = self.cli("status", timeout_s=20.0)
             self.assertEqual(code, 2, said)
             self.assertIn("nothing heard from commander for", said)
-        finally:
-            os.kill(pid, signal.SIGCONT)
         self.ended()
         self.assertEqual(self.cli("status", timeout_s=self.LIMIT_S)[0], 0)
 
-    def test_4_a_dead_safety_monitor_and_a_new_one(self):
+    def test_4_nodes_that_die_come_back_by_themselves_and_the_mission_goes_on(self):
         self.drive("target_3", (-1.9, 1.65))
-        os.kill(self.pid_of(names.SAFETY_NODE), signal.SIGKILL)
-        since_s = rospy.get_time()
-        self.rests(since_s + 0.25 + STOP_S, 3.0)
-        self.wait(
-            lambda: any("nothing heard from safety_monitor" in reason for reason in self.reasons), "reason on the task"
-        )
-        script = os.path.join(os.environ["YARM_ROOT"], "scripts", "safety_monitor")
-        again = subprocess.Popen([sys.executable, script])
-        try:
-            self.ended()
-        finally:
-            again.terminate()
-            again.wait(60.0)
+        self.killed(CONTROLS, CONTROLS, stops=True)
+        self.wait(self.driving, "robot under way again")
+        self.killed("seed_tf_publisher", "seed_tf_publisher")
+        self.ended()
+        self.drive("target_4", (0.65, 1.65))
+        self.killed(names.SAFETY_NODE, names.SAFETY_NODE, stops=True)
+        self.wait(self.driving, "robot under way again")
+        self.killed("perception", "cluster_assoc")
+        self.ended()
+
+    def test_5_a_commander_that_dies_in_a_step_is_followed_by_one_that_ends_the_mission(self):
+        self.drive("target_5", (-1.9, 1.65))
+        self.killed(names.COMMANDER_NODE, names.COMMANDER_NODE, stops=True)
+        self.ended()
+        self.assertEqual([(task.goal, task.status) for task in self.status.tasks], [("target_5", "reached")])
+
+    def test_6_a_sander_that_dies_leaves_the_arm_at_rest_and_the_next_one_goes_on(self):
+        self.wait(lambda: self.sander.moving and not self.sander.lifted and self.sander.progress > 0.0, "sanding")
+        progress, since_s = self.sander.progress, rospy.get_time()
+        with self.condition:
+            self.sander_said.clear()
+        self.killed(SANDER, SANDER)
+        self.wait(lambda: self.rested(since_s), "rest of the arm")
+        self.wait(lambda: self.sander_said, "word of the next sander")
+        self.assertGreaterEqual(self.sander_said[0].progress, progress - 0.002)
+        self.wait(lambda: self.sander.progress > progress + 0.002, "sanding again")
+
+    def test_7_a_controls_server_that_hangs_is_named_and_replaced(self):
+        self.drive("target_7", (0.65, 1.65))
+        pid, since_s = self.pid_of(CONTROLS), rospy.get_time()
+        with self.condition:
+            self.again.clear()
+        os.kill(pid, signal.SIGSTOP)
+        self.wait(lambda: any("the action server of" in reason for reason in self.reasons), "the Commander's word")
+        self.wait(lambda: self.stood(since_s), "rest of the robot")
+        self.wait(lambda: CONTROLS in self.again, "word of the next controls server")
+        self.assertFalse(psutil.pid_exists(pid))
+        self.ended()
+
+    def test_8_a_persons_stop_outlives_the_safety_monitor(self):
+        self.drive("target_8", (-1.9, 1.65))
+        stop = rospy.ServiceProxy(names.SAFETY_STOP, SetBool)
+        self.assertTrue(stop(True).success)
+        self.wait(lambda: self.safety.latched, "the monitor's word")
+        self.rests(self.safety.header.stamp.to_sec() + STOP_S)
+        self.killed(names.SAFETY_NODE, names.SAFETY_NODE)
+        with self.condition:
+            type(self).safety = SafetyStatus()
+        self.wait(lambda: self.safety.robots, "word of the new monitor")
+        self.assertTrue(self.safety.latched, self.safety)
+        self.assertIn(f"stopped by {rospy.get_name()} at", self.safety.reason)
+        self.rests(self.safety.header.stamp.to_sec())
+        self.wait(lambda: any("stopped by" in reason for reason in self.reasons), "word of the Commander")
+        rospy.wait_for_service(names.SAFETY_STOP, timeout=self.LIMIT_S)
+        released = stop(False)
+        self.assertTrue(released.success, released.message)
+        self.wait(self.driving, "robot under way again")
+        self.ended()
+
+    def rested(self, since_s):
+        """Whether the arm has been at rest for a moment since a simulated time."""
+        found = [(stamp_s, joints) for stamp_s, joints in self.joints if stamp_s > since_s]
+        return any(np.abs(b - a).max() / (t - s) < REST_RADPS for (s, a), (t, b) in zip(found, found[5:]) if t > s)
+
+    def killed(self, node, teller, stops=False):
+        """A node is killed; another takes its place and says so; with ``stops`` the robot has stood in between."""
+        pid, since_s = self.pid_of(node), rospy.get_time()
+        with self.condition:
+            self.again.clear()
+        os.kill(pid, signal.SIGKILL)
+        self.wait(lambda: teller in self.again, f"word of {teller} that it was started again")
+        self.assertNotEqual(self.pid_of(node), pid)
+        if stops:
+            self.wait(lambda: self.stood(since_s), "rest of the robot")
+
+    def stood(self, since_s):
+        """Whether the robot has been at rest for a moment since a simulated time."""
+        found = [(stamp_s, place) for stamp_s, place in self.track if stamp_s > since_s]
+        pairs = [(a, b) for a, b in zip(found, found[5:]) if b[0] > a[0]]
+        return any(np.abs(b - a).max() / (t - s) < REST_MPS for (s, a), (t, b) in pairs)
 
     def frozen(self, node, target, at):
         """A frozen node stops everything; thawed, all goes on."""
         self.drive(target, at)
-        pid = self.pid_of(node)
-        os.kill(pid, signal.SIGSTOP)
-        try:
+        with self.stopped(node):
             since_s = rospy.get_time()
             self.rests(since_s + 0.25 + STOP_S, 3.0)
             self.wait(lambda: f"nothing heard from {node}" in self.sander.reason, "the arm's word")
-        finally:
-            os.kill(pid, signal.SIGCONT)
         self.ended()
 
 

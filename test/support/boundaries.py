@@ -12,7 +12,7 @@ ROS = re.compile(
     r"diagnostic_updater|dynamic_reconfigure|genpy|\w+_msgs|yarm\.(msg|srv))(\.|$)"
 )
 FLOORS: Tuple[Tuple[str, ...], ...] = (
-    ("params", "resources", "yaml_fields"),
+    ("params", "resources", "yaml_fields", "records"),
     ("geometry",),
     ("robots",),
     ("planning", "navigation", "control", "sim", "safety", "tags"),

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import threading
 import time
 import unittest
 import xmlrpc.client
-from typing import Any, Callable, List, Set, Tuple
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator, List, Set, Tuple
 
+import psutil
 import rospy
 from yarm.msg import CommanderStatus, Contacts
 from yarm.srv import SpawnObstacles, StateChange, StateChangeRequest, StateChangeResponse
@@ -117,3 +120,16 @@ class CommanderDriver(unittest.TestCase):
         """Process of a node."""
         uri = rospy.get_master().lookupNode("/" + node)[2]
         return int(xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2])
+
+    @contextmanager
+    def stopped(self, node: str) -> Iterator[None]:
+        """A node is frozen for a while, and its supervisor with it, which would replace it."""
+        pid = self.pid_of(node)
+        pids = [psutil.Process(pid).ppid(), pid]
+        for each in pids:
+            os.kill(each, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            for each in reversed(pids):
+                os.kill(each, signal.SIGCONT)

@@ -160,5 +160,6 @@ def _piece_differences(expected: Any, got: Any) -> List[str]:
 
 
 def _piece_numbers(piece: Any) -> List[float]:
-    """Points, top x, y, z (m), axis (rad), length, width (m) of a PieceView."""
-    return [piece.points, piece.top.x, piece.top.y, piece.top.z, piece.axis, piece.length, piece.width]
+    """Points, bits of the cameras, top x, y, z (m), axis (rad), length, width (m) of a PieceView."""
+    top = piece.top
+    return [piece.points, piece.cameras, top.x, top.y, top.z, piece.axis, piece.length, piece.width]

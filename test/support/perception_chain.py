@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from support.launched import DEVEL
-from yarm.geometry import SeenPiece
+from yarm.geometry import SeenPiece, Visibility
 
 CAMERAS, EDGE = 4, 320
 SHAPES = {"box": 0, "sphere": 1, "cylinder": 2, "capsule": 3}
@@ -107,19 +107,22 @@ class ChainMap:
         cells: (n, 3) of each object, by name.
         pieces: the debris that is seen, by name.
         carriers: robot that carries a piece, by the piece's name.
+        visibility: what the cameras see of the cells, where the chain judges it.
     """
 
     grid: npt.NDArray[np.int8]
     cells: Dict[str, npt.NDArray[np.int64]]
     pieces: Dict[str, SeenPiece] = field(default_factory=dict)
     carriers: Dict[str, str] = field(default_factory=dict)
+    visibility: Optional[Visibility] = None
 
 
 class PerceptionChain:
     """Merge, association and grid, as the nodes run them."""
 
-    def __init__(self, backend: str = "fused", associator: str = "yarm") -> None:
-        """Make one."""
+    def __init__(self, backend: str = "fused", associator: str = "yarm", visibility: bool = False) -> None:
+        """Make one. ``visibility``: judge what the cameras see of the cells; all sets must have as many cameras."""
+        self._judges = visibility
         self._library = _library()
         handle = self._library.yarm_chain_new(backend.encode(), associator.encode())
         if not handle:
@@ -143,7 +146,7 @@ class PerceptionChain:
         """One set.
 
         Args:
-            clouds: organised (h, w) clouds of 16-byte points.
+            clouds: organised (h, w) clouds of 16-byte points; an empty one: that camera has no view.
             camera_poses: T_world_camera (4, 4) of each.
             bodies: registered objects.
             frames: T_world_frame (4, 4) of their frames.
@@ -158,6 +161,7 @@ class PerceptionChain:
         for robot in grasping:
             library.yarm_chain_grasping(handle, robot.encode())
         count = library.yarm_chain_run(handle, int(calibrating))
+        visibility = self._see() if self._judges else None
         del kept
         grid = np.empty(GRID, np.int8)
         library.yarm_chain_grid(handle, _pointer(grid))
@@ -165,7 +169,8 @@ class PerceptionChain:
         pieces = {name: piece for i, name in enumerate(names) for piece in [self._piece(i)] if piece is not None}
         carriers = {name: library.yarm_chain_carrier(handle, i).decode() for i, name in enumerate(names)}
         cells = {name: self._cells(i) for i, name in enumerate(names)}
-        return ChainMap(grid, cells, pieces, {name: robot for name, robot in carriers.items() if robot})
+        loads = {name: robot for name, robot in carriers.items() if robot}
+        return ChainMap(grid, cells, pieces, loads, visibility)
 
     def watch(
         self,
@@ -226,6 +231,11 @@ class PerceptionChain:
             return None
         points, x, y, z, axis_rad, length_m, width_m = found.tolist()
         return SeenPiece(int(points), (x, y, z), axis_rad, length_m, width_m)
+
+    def _see(self) -> Visibility:
+        states, hidden_by = np.empty(GRID, np.int8), np.empty(int(np.prod(GRID)), np.uint32)
+        count = self._library.yarm_chain_see(self._handle, _pointer(states), _pointer(hidden_by))
+        return Visibility(states, hidden_by[:count].copy())
 
     def _cells(self, index: int) -> npt.NDArray[np.int64]:
         flat = np.empty(int(np.prod(GRID)), np.int32)

@@ -3,8 +3,10 @@
 
 #include "yarm/perception/association.hpp"
 #include "yarm/perception/camera_watch.hpp"
+#include "yarm/perception/hiders.hpp"
 #include "yarm/perception/merge.hpp"
 #include "yarm/perception/occupancy.hpp"
+#include "yarm/perception/visibility.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -28,7 +30,29 @@ struct Chain {
   Chain(const char* backend, const char* associator)
       : merge(pc::makeBackend(backend, {}, {})),
         association(pc::makeAssociator(associator, {})),
-        builder(pc::GridSpec{}) {}
+        builder(pc::GridSpec{}),
+        hiders(pc::GridSpec{}) {}
+
+  /// What the cameras see of the cells, on the map just made.
+  void see() {
+    if (!voter) {
+      voter = std::make_unique<pc::VisibilityVoter>(pc::GridSpec{}, pc::MergeParams{}, pc::VisibilityParams{},
+                                                    clouds.size());
+    }
+    set.stamp_ns = clouds.front().stamp_ns;
+    voter->vote(clouds, set, votes);
+    map.update(votes);
+    if (views != voter->views()) {
+      views = voter->views();
+      voter->coverage(coverage);
+    }
+    seen.cameras.clear();
+    for (std::size_t camera = 0; camera < clouds.size(); ++camera) {
+      seen.cameras.push_back(voter->place(camera));
+    }
+    map.describe(votes, coverage, seen);
+    hidden_by = &hiders.find(*grid, seen);
+  }
 
   std::unique_ptr<pc::MergeBackend> merge;
   std::unique_ptr<pc::Associator> association;
@@ -40,6 +64,14 @@ struct Chain {
   pc::LinkPoses links;
   std::vector<pc::CameraCloud> clouds;
   std::set<std::string> grasping;
+  pc::HiderFinder hiders;
+  std::unique_ptr<pc::VisibilityVoter> voter;
+  pc::VisibilityMap map;
+  pc::CellVotes votes;
+  pc::CellVotes coverage;
+  pc::SeenCells seen;
+  int views{0};
+  const std::vector<std::uint32_t>* hidden_by{nullptr};
   const pc::AssociatedSet* result{nullptr};
   const pc::OccupancyGrid* grid{nullptr};
 };
@@ -124,11 +156,27 @@ void yarm_chain_grasping(void* chain, const char* robot) {
 int yarm_chain_run(void* chain, int calibrating) {
   auto* c = static_cast<Chain*>(chain);
   c->merge->merge(c->clouds, c->set);
+  for (std::size_t camera = 0; camera < c->clouds.size(); ++camera) {
+    if (c->clouds[camera].width * c->clouds[camera].height == 0) {
+      c->set.absent.push_back(static_cast<std::int32_t>(camera));
+    }
+  }
   c->merge->cluster(c->set);
   c->result =
       &c->association->associate({&c->set, &c->seeds, &c->knowledge, &c->links, calibrating != 0, &c->grasping});
   c->grid = &c->builder.build(*c->result);
   return static_cast<int>(c->result->objects.size());
+}
+
+/// Judges what the cameras see of the cells, after _run: copies the states, 50 * 50 * 20 values, and for each cell that
+/// is hidden or never seen who may hide it; returns how many these are. All sets must have as many cameras.
+int yarm_chain_see(void* chain, signed char* states, unsigned* hidden_by) {
+  auto* c = static_cast<Chain*>(chain);
+  c->see();
+  std::transform(c->seen.states.begin(), c->seen.states.end(), states,
+                 [](pc::CellState state) { return static_cast<signed char>(state); });
+  std::copy(c->hidden_by->begin(), c->hidden_by->end(), hidden_by);
+  return static_cast<int>(c->hidden_by->size());
 }
 
 /// Shows the set to the camera watch, in place of _run.

@@ -43,6 +43,8 @@ SAID = {
 }
 """What must have been logged: that each disturbance has happened, and that it was noticed."""
 WALL_LIMIT_S = 1000.0
+MOST_N = 30.0
+"""Nothing is crushed: what a hand may push a piece with."""
 
 
 class Heard:
@@ -54,6 +56,7 @@ class Heard:
         self.status = CommanderStatus()
         self.reached = []
         self.failures = []
+        self.pushed_n = 0.0
         self.sander = []
         self.present = set()
         self.seen = set()
@@ -83,6 +86,8 @@ class Heard:
     def _on_contacts(self, message):
         with self.condition:
             self.failures += [(message.header.stamp.to_sec(), c) for c in message.contacts if c.kind == "failure"]
+            pushed = [c.force for c in message.contacts if "hand" in (c.link_a, c.link_b)]
+            self.pushed_n = max([self.pushed_n, *pushed])
 
     def _on_sander(self, message):
         with self.condition:
@@ -166,6 +171,9 @@ class MissionTest(unittest.TestCase):
         with self.heard.condition:
             failures = [f"{t:.2f} s: {c.body_a} {c.link_a} / {c.body_b} {c.link_b}" for t, c in self.heard.failures]
             self.assertEqual(failures, [], "contacts by ground truth")
+            if rospy.get_param("~bins", False):
+                self.assertGreater(self.heard.pushed_n, 0.0, "no hand has touched anything")
+            self.assertLessEqual(self.heard.pushed_n, MOST_N, "a hand's force on a piece, N")
             unsaid = [words for words in SAID.get(self.scene, []) if not any(words in said for said in self.heard.said)]
             self.assertEqual(unsaid, [], f"not said; said: {self.heard.said}")
 

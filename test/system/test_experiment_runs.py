@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import csv
+import shutil
 import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Dict, List
+from typing import Dict, List, Tuple
 
 import pytest
 import yaml
 
 from support.launched import ROOT, LaunchedTestError, run
+from yarm.console.film import Film, unpack
+from yarm.console.wire import decode
+from yarm.experiments.run.ledger import difference, ledger_hash, read_ledger
+from yarm.ros.common.names import ee_frame
 
 LIMIT_S = 900.0
 MISSION = [sys.executable, str(ROOT / "scripts" / "run_experiment"), "--sync", "--speed", "0"]
@@ -21,12 +26,29 @@ ENDING_S = 0.2
 """How long after the mission's last moment poses may still come in, s; when the recording ends is wall time's say."""
 
 
-def test_a_success_leaves_everything_and_ends_with_0(tmp_path: Path) -> None:
-    output = run([*CALL, "--seed", "1", "--results", str(tmp_path)], "experiment_single", LIMIT_S)
-    folder = tmp_path / "single" / "1"
-    tables = {"summary.yaml", "waypoints.csv", "path.csv", "timing.csv"}
+@pytest.fixture(name="single", scope="module")
+def single_fixture(tmp_path_factory: pytest.TempPathFactory) -> Tuple[Path, str]:
+    """Folder and output of a mission that succeeds."""
+    results = tmp_path_factory.mktemp("single")
+    output = run([*CALL, "--seed", "1", "--results", str(results)], "experiment_single", LIMIT_S)
+    return results / "single" / "1", output
+
+
+def test_a_success_leaves_everything_and_ends_with_0(single: Tuple[Path, str]) -> None:
+    folder, output = single
+    tables = {"summary.yaml", "waypoints.csv", "path.csv", "timing.csv", "decisions.csv", "squares.csv"}
+    tables |= {"proof.html", "arguments.yaml"}
     pictures = {"map.png", "map_ankurbot_1.png", "planning_time.png", "timing.png"}
-    assert {path.name for path in folder.iterdir()} == tables | pictures | {"run.log"}
+    assert {path.name for path in folder.iterdir()} == tables | pictures | {"run.log", "run.film"}
+    film = Film.read(folder / "run.film")
+    last = len(film.index()["blocks"]) - 1
+    shown = {header["kind"]: (header, arrays) for header, arrays in (decode(m) for _, m in unpack(film.block(last)))}
+    place = shown["state"][1]["poses"][shown["scene"][0]["frames"].index(ee_frame("ankurbot_1"))]
+    with (folder / "path.csv").open() as file:
+        end = list(csv.DictReader(file))[-1]
+    assert abs(place[0] - float(end["x_m"])) < 0.1, "the film shows the robot where it was at the end"
+    assert abs(place[1] - float(end["y_m"])) < 0.1
+    assert shown["state"][0]["commander"]["state"] == "BOUNDLESS"
     summary = yaml.safe_load((folder / "summary.yaml").read_text())
     assert summary["success"] is True
     robot = summary["robots"]["ankurbot_1"]
@@ -69,7 +91,7 @@ def test_the_published_planner_moves_and_what_the_checker_refuses_is_counted(tmp
 
 
 def test_in_lock_step_a_mission_repeats_decision_for_decision(tmp_path: Path) -> None:
-    call = [*MISSION, "--case", "2m1ma", "--seed", "3", "--results"]
+    call = [*MISSION, "--case", "2m1ma", "--removal", "delete", "--seed", "3", "--results"]
     run([*call, str(tmp_path / "quiet")], "experiment_quiet", LIMIT_S)
     busy = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
@@ -82,11 +104,35 @@ def test_in_lock_step_a_mission_repeats_decision_for_decision(tmp_path: Path) ->
     assert {row["robot"] for row in waypoints} == {"ankurbot_1", "ankurbot_2"}
     assert waypoints == _rows(busy_one / "waypoints.csv")
     assert _decisions(quiet) == _decisions(busy_one)
+    ledgers = [read_ledger(folder / "decisions.csv") for folder in (quiet, busy_one)]
+    assert not difference(*ledgers)
+    sums = [yaml.safe_load((folder / "summary.yaml").read_text())["decisions"] for folder in (quiet, busy_one)]
+    assert sums[0] == sums[1] == {"count": len(ledgers[0]), "hash": ledger_hash(ledgers[1])}
+    assert sums[0]["hash"] in (quiet / "proof.html").read_text()
     paths = [_rows(folder / "path.csv") for folder in (quiet, busy_one)]
     end_s = min(float(rows[-1]["time_s"]) for rows in paths) - ENDING_S
     assert end_s > 10.0
     before = [[row for row in rows if float(row["time_s"]) < end_s] for rows in paths]
     assert before[0] == before[1]
+
+
+def test_a_mission_is_brought_to_one_of_its_decisions_again_and_another_is_not_taken_for_it(
+    single: Tuple[Path, str], tmp_path: Path
+) -> None:
+    folder = Path(shutil.copytree(single[0], tmp_path / "run"))
+    sent = [row for row in read_ledger(folder / "decisions.csv") if row.kind == "send"]
+    call = [sys.executable, str(ROOT / "scripts" / "replay_to"), "--run", str(folder), "--end", "--decision"]
+    output = run([*call, str(sent[1].number)], "replay", LIMIT_S)
+    assert f"decision {sent[1].number}, send ankurbot_1 target_1" in output
+    result = yaml.safe_load((folder / "replay" / "single" / "1" / "replay.yaml").read_text())
+    assert result["reached"] and result["hash"] == ledger_hash(read_ledger(folder / "decisions.csv")[: sent[1].number])
+    ledger = folder / "decisions.csv"
+    ledger.write_text(ledger.read_text().replace(sent[0].text, sent[0].text.replace("; safe", "; refused: made up")))
+    with pytest.raises(LaunchedTestError, match="exit code 1"):
+        run([*call, str(sent[1].number)], "replay_of_another", LIMIT_S)
+    result = yaml.safe_load((folder / "replay" / "single" / "1" / "replay.yaml").read_text())
+    assert f"decision {sent[0].number} is send ankurbot_1" in result["reason"]
+    assert "made up" in result["reason"]
 
 
 def _rows(path: Path) -> List[Dict[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from pathlib import Path
 from typing import List, Tuple
@@ -79,6 +80,26 @@ def check_files(folder: Path) -> None:
         shade_at(shades, about, x + i * 0.05, y + j * 0.05) for i in range(-3, 4) for j in (-2, -1, 0, 1, 2)
     ]
     assert 0 in around
+
+
+def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
+    """Byte for byte in lock-step, beside other work too: what was decided and when, what was touched, the map."""
+    folders = []
+    for name, others in (("quiet", 0), ("busy", 6)):
+        busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(others)]
+        try:
+            with pytest.raises(LaunchedTestError, match="exit code 1"):
+                explore(tmp_path / name, f"explore_{name}", "--limit", "15")
+        finally:
+            for process in busy:
+                process.kill()
+                process.wait()
+        folders.append(tmp_path / name / "explore" / "explored_room" / "yarm" / "1")
+    for name in ("events.csv", "bumps.csv", "map.pgm"):
+        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes(), name
+    rows = [(folder / "path.csv").read_text().splitlines()[:150] for folder in folders]
+    assert len(rows[0]) == 150 and rows[0] == rows[1], "where it was in the first 15 s"
+    assert len((folders[0] / "events.csv").read_text().splitlines()) > 3
 
 
 def test_too_little_time_ends_with_1_and_says_so(tmp_path: Path) -> None:

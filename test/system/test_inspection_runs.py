@@ -15,6 +15,7 @@ from support.launched import ROOT, LaunchedTestError, run
 from yarm.experiments.inspect.writers import REPORT_FILES
 from yarm.inspection.model import OURS, PRINTED, REPORT
 
+pytestmark = pytest.mark.xdist_group("inspection_runs")  # they look at the files of one run
 LIMIT_S = 600.0
 LAYOUT = Path(__file__).with_name("inspected_room.yaml")
 TAGS = {1: "5", 2: "blank", 3: "11", 4: "2"}

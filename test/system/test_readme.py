@@ -9,6 +9,7 @@ import subprocess
 import time
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List
+from urllib.request import urlopen
 
 import pytest
 
@@ -27,12 +28,13 @@ CI = "continuous integration"
 WHERE: Dict[str, str] = {
     "make demo": CI,
     "make test": CI,
-    "roslaunch yarm full_system.launch scene:=2m1ma rviz:=true": MISSION,
+    "roslaunch yarm full_system.launch scene:=1m1ma_bin rviz:=true": MISSION,
     'rosservice call /commander_state "{next_state: true}"': MISSION,
     'rosservice call /commander_state "{jump_state: 5}"': MISSION,
     "rostopic echo /commander/status": MISSION,
     "rosrun yarm run_experiment --case 2m1ma --seed 3 --bag": RECORDED,
-    "roslaunch yarm replay.launch bag:=$PWD/results/2m1ma/3/run.bag": RECORDED,
+    "roslaunch yarm replay.launch bag:=$PWD/results/2m1ma_bin/3/run.bag": RECORDED,
+    "rosrun yarm console --run results/2m1ma_bin/3": RECORDED,
     "roslaunch yarm exploration.launch arena:=practice rviz:=true": EXPLORED,
     "rosrun yarm run_experiment --case explore --arena practice --controller yarm --seed 3": EXPLORED,
     "roslaunch yarm inspection.launch layout:=practice rviz:=true": INSPECTED,
@@ -147,7 +149,7 @@ def test_mission_by_hand(display: str, place: Path) -> None:
 
 
 def test_recorded_and_replayed(display: str, place: Path) -> None:
-    experiment, replay = of(RECORDED)
+    experiment, replay, console = of(RECORDED)
     run(["bash", "-c", f"cd {place} && {experiment}"], "readme_recorded", LIMIT_S)
     environment = surroundings(display)
     with Launched(replay.replace("$PWD", str(place)).split(), "readme_replay", environment, place) as shown:
@@ -155,6 +157,14 @@ def test_recorded_and_replayed(display: str, place: Path) -> None:
         started = time.monotonic()
         wait(lambda: time.monotonic() - started > 5.0, "five seconds of replay", shown)
     assert "[play" in shown.output()
+    with Launched(["bash", "-c", f"cd {place} && exec {console}"], "readme_console", environment, place) as page:
+        wait(lambda: re.search(r"http://\S+", page.output()) is not None, "the page's address", page)
+        address = re.search(r"http://[^\s?#]+", page.output())
+        assert address is not None
+        with urlopen(address.group(), timeout=LIMIT_S) as answer:
+            assert answer.status == 200 and b"<html" in answer.read()
+    run(["bash", "-c", f"cd {place} && {console} --export run.html"], "readme_export", LIMIT_S)
+    assert "2m1ma_bin/3" in (place / "run.html").read_text(encoding="utf-8")
 
 
 def test_explored(display: str, place: Path) -> None:

@@ -144,6 +144,7 @@ struct PieceView {
   double axis_rad{0.0};                ///< direction of its longer side, (-pi/2, pi/2], world
   double length{0.0};                  ///< extent along that side, metres
   double width{0.0};                   ///< extent across it, metres
+  std::uint32_t cameras{0};            ///< bit c: camera c of the set sees points of it
 };
 
 /// How a piece of debris hangs on a robot's hand.

@@ -10,6 +10,7 @@
 #include "yarm/ros/report.hpp"
 #include "yarm/ros/tf_source.hpp"
 #include "yarm/sync/clock.hpp"
+#include "yarm/sync/hand_words.hpp"
 #include "yarm/sync/seed_buffer.hpp"
 
 #include <ros/ros.h>
@@ -32,8 +33,8 @@ struct AssociatedFrame {
   perception::GridSpec grid;
 };
 
-/// In: merged_points, seed_transforms, object_registry, static_association_switch, <robot>/gripper/grasping, /tf. Out:
-/// cloud_clusters, associated_clusters, /diagnostics.
+/// In: merged_points, seed_transforms, object_registry, static_association_switch, <robot>/gripper/grasping (in
+/// lock-step also <robot>/gripper/state), /tf. Out: cloud_clusters, associated_clusters, /diagnostics.
 class ClusterAssoc : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
@@ -57,7 +58,10 @@ class ClusterAssoc : public PolledNode {
   void onSwitch(const std_msgs::Int8ConstPtr& message);
   /// Listens to the hand of each mobile robot of the registry, and to no others.
   void listenToHands(const yarm::ObjectRegistry& registry);
-  void onGrasping(const std::string& robot, const std_msgs::Bool& message);
+  /// Whether every hand has said how it is at a stamp; only in lock-step does one say so with stamps.
+  bool handsKnown(perception::StampNs stamp_ns) const;
+  /// Mobile robots whose hand holds something at a stamp.
+  std::set<std::string> graspingAt(perception::StampNs stamp_ns);
   /// Starts afresh when the stamp shows that the simulator was started again.
   void noticeRestart(perception::StampNs stamp_ns);
   /// Whether everything a set needs is there, or has been waited for long enough.
@@ -83,8 +87,12 @@ class ClusterAssoc : public PolledNode {
   perception::Knowledge knowledge_;
   std::vector<std::string> frames_;  ///< tf frames of all known links
   perception::LinkPoses links_;
-  std::map<std::string, ros::Subscriber> hands_in_;  ///< by mobile robot
-  std::set<std::string> grasping_;                   ///< mobile robots that say that their hand holds something
+  struct Hand {
+    HandWords words;
+    ros::Subscriber plain_in;    // <robot>/gripper/grasping
+    ros::Subscriber stamped_in;  // <robot>/gripper/state, in lock-step
+  };
+  std::map<std::string, std::shared_ptr<Hand>> hands_;  ///< by mobile robot
   bool calibrating_ = true;
   bool registered_ = false;
   bool seeds_stalled_ = false;     ///< the last wait for seeds was in vain: no waiting until one comes

@@ -3,6 +3,7 @@
 
 #include "yarm/perception/merge.hpp"
 #include "yarm/perception/types.hpp"
+#include "yarm/perception/visibility.hpp"
 
 #include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
@@ -13,6 +14,7 @@
 #include <yarm/CloudVector.h>
 #include <yarm/ObjectRegistry.h>
 #include <yarm/PieceView.h>
+#include <yarm/SeenCells.h>
 #include <yarm/TransformStampedVector.h>
 
 #include <optional>
@@ -70,6 +72,11 @@ Read<std::optional<perception::PieceView>> readPiece(const yarm::PieceView& mess
 yarm::CarriedPiece carriedMessage(const std::string& name, const perception::CarriedPiece& carried);
 /// The same read back; empty when the message names no piece, refused without a robot or with an absurd pose.
 Read<std::optional<perception::CarriedPiece>> readCarried(const yarm::CarriedPiece& message);
+
+/// What the cameras see of the cells; the message's header and ages stay as they are.
+void fillSeenCells(const perception::SeenCells& seen, yarm::SeenCells& message);
+/// The same read back, refused when it does not fit `cells` cells or itself.
+Read<bool> readSeenCells(const yarm::SeenCells& message, std::size_t cells, perception::SeenCells& seen);
 
 /// Seeds of one message. Entries that make no sense are left out and named in the reason.
 Read<std::vector<perception::Seed>> readSeeds(const yarm::TransformStampedVector& message);

@@ -1,6 +1,7 @@
 // Node database: the live occupancy grid, and what would collide if somebody stood elsewhere.
 #pragma once
 
+#include "yarm/perception/hiders.hpp"
 #include "yarm/perception/occupancy.hpp"
 #include "yarm/ros/cluster_assoc.hpp"
 #include "yarm/ros/executor.hpp"
@@ -13,13 +14,16 @@
 #include <yarm/AssociatedClusterVector.h>
 #include <yarm/MapMetaData.h>
 #include <yarm/PredictNewState.h>
+#include <yarm/SeenCells.h>
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 
 namespace yarm {
 
-/// In: associated_clusters. Out: planning_metadata, collisions, occupancy, /diagnostics. Serves: predict_new_state.
+/// In: associated_clusters, seen_cells. Out: planning_metadata, collisions, occupancy, /diagnostics. Serves:
+/// predict_new_state.
 class Database : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError.
@@ -31,7 +35,10 @@ class Database : public PolledNode {
 
  private:
   void onAssociated(const yarm::AssociatedClusterVectorConstPtr& message);
+  void onSeen(const yarm::SeenCellsConstPtr& message);
   void publishMetadata(const perception::OccupancyGrid& grid);
+  /// Puts on the map what the cameras see of its cells, when that has come for its set.
+  void addVisibility(const perception::OccupancyGrid& grid, yarm::MapMetaData& message);
   void publishMarkers(const perception::OccupancyGrid& grid);
   void publishOccupancy(const perception::OccupancyGrid& grid);
   /// A refused question is answered with collision = true: nothing was shown to be safe.
@@ -42,9 +49,13 @@ class Database : public PolledNode {
   boost::shared_ptr<AssociatedFrame> present_;
   Pool<AssociatedFrame> frames_pool_;
   std::unique_ptr<perception::OccupancyBuilder> builder_;
+  std::unique_ptr<perception::HiderFinder> hiders_;
+  perception::SeenCells seen_;
+  std::deque<yarm::SeenCellsConstPtr> seen_inbox_;  ///< in the order of their sets
   perception::GridSpec builder_grid_;
   perception::UidRegistry uids_;
   ros::Subscriber associated_in_;
+  ros::Subscriber seen_in_;
   ros::Publisher metadata_out_;
   ros::Publisher collisions_out_;
   ros::Publisher occupancy_out_;

@@ -8,6 +8,7 @@
 #include "yarm/ros/pool.hpp"
 #include "yarm/ros/report.hpp"
 #include "yarm/ros/tf_source.hpp"
+#include "yarm/ros/visibility.hpp"
 #include "yarm/sync/clock.hpp"
 #include "yarm/sync/set_assembler.hpp"
 
@@ -22,7 +23,8 @@
 
 namespace yarm {
 
-/// In: the cameras' clouds, /tf, /tf_static. Out: merged_points, voxelized_cloud, /diagnostics.
+/// In: the cameras' clouds, /tf, /tf_static. Out: merged_points, voxelized_cloud, seen_cells,
+/// hidden_cells, coverage, /diagnostics.
 class MergeClouds : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
@@ -51,6 +53,7 @@ class MergeClouds : public PolledNode {
     int absurd = 0;           ///< clouds with absurd points, since the last diagnostics
     std::string wrong_frame;  ///< the frame that was last complained of
     perception::View view;    ///< of the last cloud
+    bool delivered = false;   ///< the last set has a cloud of it
     bool judged = false;      ///< a cloud's view was judged since the last diagnostics
     std::string last_fault;
   };
@@ -89,6 +92,7 @@ class MergeClouds : public PolledNode {
   ClockWatch clock_;
   ThrottledWarning warn_;
   HealthReport health_;
+  CellVisibility visibility_;
   std::optional<std::int64_t> published_ns_;
   int published_ = 0;
   int too_little_ = 0;  ///< sets with too little view since the last diagnostics

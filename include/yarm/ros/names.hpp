@@ -18,6 +18,9 @@ inline constexpr char ASSOCIATED_CLUSTERS[] = "associated_clusters";
 inline constexpr char PLANNING_METADATA[] = "planning_metadata";
 inline constexpr char COLLISIONS[] = "collisions";
 inline constexpr char OCCUPANCY[] = "occupancy";
+inline constexpr char HIDDEN_CELLS[] = "hidden_cells";
+inline constexpr char SEEN_CELLS[] = "seen_cells";
+inline constexpr char COVERAGE[] = "coverage";
 inline constexpr char PREDICT_NEW_STATE[] = "predict_new_state";
 inline constexpr char SCAN[] = "scan";
 inline constexpr char MAP[] = "map";
@@ -45,6 +48,11 @@ inline std::string cameraOpticalFrame(int camera) {
 /// Whether something hangs on the hand of a mobile robot.
 inline std::string grasping(const std::string& robot) {
   return robot + "/gripper/grasping";
+}
+
+/// The same with its time, in lock-step.
+inline std::string gripperState(const std::string& robot) {
+  return robot + "/gripper/state";
 }
 
 }  // namespace yarm::names

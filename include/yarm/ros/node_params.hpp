@@ -5,6 +5,7 @@
 #include "yarm/perception/camera_watch.hpp"
 #include "yarm/perception/merge.hpp"
 #include "yarm/perception/view.hpp"
+#include "yarm/perception/visibility.hpp"
 #include "yarm/ros/names.hpp"
 #include "yarm/ros/params.hpp"
 
@@ -36,6 +37,11 @@ struct MergeCloudsParams {
   bool sync = false;
   perception::MergeParams merge;
   perception::ViewParams view;
+  bool visibility = false;
+  std::string grid_node = "cluster_assoc";
+  double visibility_rate = 5.0;
+  double age_rate = 2.0;
+  perception::VisibilityParams views;
   double noise_base = merge.noise.base;
   double noise_slope = merge.noise.slope;
   double noise_offset = merge.noise.offset;
@@ -72,6 +78,7 @@ struct MergeCloudsParams {
           "and so is one with less than this part of the share it usually has");
     visit("least_cameras", p.view.least_cameras, "", Range{0.0, 1.0},
           "least share of the cameras that must see; with fewer nothing is published and the map grows stale");
+    describeVisibility(p, visit);
   }
 
   perception::MergeParams mergeParams() const {
@@ -81,6 +88,21 @@ struct MergeCloudsParams {
   }
 
  private:
+  template <class Self, class Visitor>
+  static void describeVisibility(Self& p, Visitor& visit) {
+    visit("visibility", p.visibility, "", Choices{},
+          "tell which cells the cameras see through and which are hidden: on the map, hidden_cells, coverage, "
+          "diagnostics");
+    visit("grid_node", p.grid_node, "", Choices{}, "node whose grid parameters hold for that");
+    visit("visibility_rate", p.visibility_rate, "Hz", Range{0.1, 60.0}, "most hidden_cells in a second of wall time");
+    visit("age_rate", p.age_rate, "Hz", Range{0.1, 60.0}, "most ages of the cells in a second of capture time");
+    visit("visibility_sigmas", p.views.noise_sigmas, "", Range{0.0, 20.0},
+          "a reading must lie beyond a cell by this many sigmas of its noise for the cell to be seen through");
+    visit("camera_range", p.views.range, "m", Range{0.5, 100.0}, "greatest depth at which a camera measures");
+    visit("unread_is_clear", p.views.unread_is_clear, "", Choices{},
+          "a pixel without a reading has nothing in the camera's range; false: it says nothing");
+  }
+
   template <class Self, class Visitor>
   static void describeBox(Self& p, Visitor& visit) {
     auto& m = p.merge;

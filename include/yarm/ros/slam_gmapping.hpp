@@ -19,8 +19,8 @@
 
 namespace yarm {
 
-/// In: scan, tf odom -> base -> sensor. Out: map, map_metadata (latched), ~entropy, tf map -> odom, dynamic_map,
-/// /diagnostics. When /clock goes back it forgets everything and starts afresh.
+/// In: scan, tf odom -> base -> sensor. Out: map, map_metadata (latched), ~entropy, ~state, tf map -> odom,
+/// dynamic_map, /diagnostics. When /clock goes back it forgets everything and starts afresh.
 class SlamGmapping : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
@@ -33,10 +33,13 @@ class SlamGmapping : public PolledNode {
  private:
   void onScan(const sensor_msgs::LaserScanConstPtr& message);
   bool onGetMap(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);
-  void take(const slam::Scan& scan);
+  std::optional<slam::ScanResult> take(const slam::Scan& scan);
   void drop(const std::string& key, const std::string& reason);
   void sendTransform(const ros::Time& time);
+  bool saidAgain(const slam::Scan& scan) const;  // in lock-step: somebody has not heard the answer
+  void sendAgain();
   void sendEntropy(double entropy);
+  void sendState(const slam::ScanResult& result);
   void updateMap();
   void reset();
   void diagnose();
@@ -48,6 +51,7 @@ class SlamGmapping : public PolledNode {
   std::unique_ptr<slam::Mapper> mapper_;
   std::optional<slam::Pose2> T_map_odom_;  // empty before the first scan
   ros::Time scan_stamp_;                   // of the last scan taken
+  std::size_t scan_beams_ = 0;             // its beams
   ros::Time transform_sent_;               // time the last map -> odom was sent for
   ros::Time map_due_;
   std::shared_ptr<const slam::GridMap> map_;
@@ -59,6 +63,7 @@ class SlamGmapping : public PolledNode {
   ros::Publisher map_publisher_;
   ros::Publisher metadata_publisher_;
   ros::Publisher entropy_publisher_;
+  ros::Publisher state_publisher_;
   ros::Subscriber scans_;
   ros::ServiceServer service_;
   ClockWatch clock_;

@@ -18,6 +18,9 @@ class Keyframes {
  public:
   explicit Keyframes(const KeyframeParams& params) : params_(params) {}
 
+  /// Whether two keyframes are too far apart in number to belong to one visit of a place.
+  [[nodiscard]] static bool isAnotherVisit(int a, int b);
+
   [[nodiscard]] int size() const { return static_cast<int>(poses_.size()); }
   [[nodiscard]] const std::vector<Pose2>& poses() const { return poses_; }
   [[nodiscard]] const Pose2& pose(int keyframe) const { return poses_[keyframe]; }
@@ -29,7 +32,6 @@ class Keyframes {
   /// A new keyframe; gives its index.
   int add(std::shared_ptr<const ScanPoints> points, const Pose2& T_map_sensor);
   void addEdge(const PoseEdge& edge) { edges_.push_back(edge); }
-  [[nodiscard]] bool areTied(int a, int b) const;
   void replaceEdge(std::size_t index, const PoseEdge& edge) { edges_[index] = edge; }
   /// Takes over poses of the first keyframes; later ones follow the last of these rigidly.
   void correct(const std::vector<Pose2>& poses);

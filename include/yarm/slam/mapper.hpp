@@ -82,7 +82,8 @@ class Mapper {
                                    const MatchResult& failed);
   void addKeyframe(std::shared_ptr<const ScanPoints> points, const MatchResult& match,
                    const std::vector<int>& neighbours);
-  void addEdges(int keyframe, const std::vector<int>& neighbours);
+  /// Ties a keyframe to its neighbours; true when one of an earlier visit says that the robot is elsewhere.
+  bool addEdges(int keyframe, const std::vector<int>& neighbours);
   [[nodiscard]] std::optional<PoseEdge> matchedEdge(int from, int to) const;
   void moveAnchor(int keyframe, const Pose2& T_map_sensor, const Eigen::Matrix3d& information);
   void keepForMap(const Scan& scan);

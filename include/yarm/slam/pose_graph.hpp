@@ -34,6 +34,9 @@ struct GraphResult {
   int iterations{0};
 };
 
+/// How far two poses are from what an edge measured, squared sigmas.
+[[nodiscard]] double squaredErrorOf(const PoseEdge& edge, const Pose2& from, const Pose2& to);
+
 /// Moves the poses to where the edges' robust (Cauchy) costs are least. Pose 0 stays. Every pose must be tied to it.
 /// One sparse Cholesky factorisation an iteration.
 [[nodiscard]] GraphResult optimize(const std::vector<Pose2>& poses, const std::vector<PoseEdge>& edges,

@@ -183,14 +183,28 @@ class SetAssembler {
     return Admission::accepted;
   }
 
-  /// A pause of all cameras is nobody's silence: the first cloud after it does not go on without the others. A cloud
-  /// whose stamp went back ends no pause, as it ends no silence.
+  /// A pause of all cameras is nobody's silence: the first cloud after it does not go on without those that owed
+  /// nothing. They have half the timeout left, however long the pause was. A cloud whose stamp went back ends no pause,
+  /// as it ends no silence.
   void forgivePause(std::int64_t now_ns) {
     const std::int64_t pause_ns = now_ns - heard_ns_;
-    for (std::size_t index = 0; index < cameras_.size() && pause_ns > options_.timeout_ns; ++index) {
-      cameras_[index].heard_ns += isSilent(index, heard_ns_) ? 0 : pause_ns;
+    for (std::size_t index = 0; index < cameras_.size(); ++index) {
+      if (isSilent(index, heard_ns_)) {
+        continue;
+      }
+      if (pause_ns > options_.timeout_ns) {
+        cameras_[index].heard_ns += pause_ns;
+      } else if (pause_ns > options_.timeout_ns / 2 && owesNothing(index, now_ns)) {
+        cameras_[index].heard_ns += pause_ns - options_.timeout_ns / 2;
+      }
     }
     heard_ns_ = now_ns;
+  }
+
+  /// Whether the camera has delivered for the newest set that anybody opened.
+  bool owesNothing(std::size_t index, std::int64_t now_ns) const {
+    const Beat& newest = beats_.empty() ? released_ : beats_.back();
+    return cameras_[index].stamp_ns >= newest.stamp_ns - reachOf(periodAt(now_ns));
   }
 
   /// Opens a set with this cloud where none is near.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -18,10 +19,11 @@ from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.sander.states import SanderState
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
 from yarm.geometry.kinds import ObjectKind
+from yarm.planning.model.hidden import HiddenSpace
 from yarm.planning.model.types import Column, FleetPlan, Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
 from yarm.planning.tasks.task_queue import TaskQueue
 from yarm.planning.why.causes import Circumstances
-from yarm.robots.ankurbot import HAND_CUP_M, HAND_STROKE_M
+from yarm.robots.ankurbot import HAND_STROKE_M
 
 SEEN_LOW_M = 0.03
 """The top of a piece may be seen so much too low, metres."""
@@ -39,6 +41,7 @@ class TrackedRobot:
         column: column it counts as being in (with hysteresis).
         nominal_yaw_rad: heading it counts as having: the last one commanded while it is near it.
         mask: its cells.
+        mask_at: its cells at any heading, rad; None when its drawing is not known.
     """
 
     name: str
@@ -48,6 +51,7 @@ class TrackedRobot:
     column: Column
     nominal_yaw_rad: float
     mask: Mask
+    mask_at: Optional[Callable[[float], Mask]] = None
 
     @property
     def cells(self) -> IntArray:
@@ -68,6 +72,7 @@ class CellState:
         self.params = params
         self.goals = GoalBook()
         self.kinds: Dict[str, str] = {}
+        self.registry_complete = False
         self.shapes: Dict[str, RobotShape] = {}
         self.pieces: Dict[str, PieceShape] = {}
         self.connected: Set[str] = set()
@@ -84,6 +89,7 @@ class CellState:
         self.refused: Dict[str, Refusal] = {}
         self.full_bins: Dict[str, str] = {}
         self.sights = Sights()
+        self.hidden = HiddenSpace(params.hidden_params)
         self._goal_columns: Dict[str, Column] = {}
 
     def forget_poses(self) -> None:
@@ -97,6 +103,7 @@ class CellState:
         self.grasping, self.loads, self.refused, self.full_bins = {}, {}, {}, {}
         self.at_work = set()
         self.sights = Sights()
+        self.hidden.forget()
         self._goal_columns = {}
 
     @property
@@ -127,6 +134,7 @@ class CellState:
     def take_map(self, cell_map: CellMap) -> None:
         """Track every robot and goal on a new map."""
         self.map = cell_map
+        self.hidden.see(cell_map)
         self._see_loads()
         self.robots = {found.name: self._track(found, cell_map.spec) for found in self.of_kind("Mobile")}
         self.queue.see(cell_map.objects)
@@ -162,10 +170,10 @@ class CellState:
         """Why a piece lies too low for any hand; empty when it does not, is carried, or lies in a bin."""
         if thing.carried or thing.name in self.carried or self.bin_of(thing):
             return ""
-        tips = [found.position_m[2] for found in self.of_kind(ObjectKind.MOBILE)]
-        reach_m = min(tips, default=math.inf) - HAND_CUP_M - HAND_STROKE_M
+        cups = [shape.lowest_at_tip_m for name, shape in self.shapes.items() if name in self.robots]
+        reach_m = min(filter(math.isfinite, cups), default=-math.inf) - HAND_STROKE_M
         top_m = self.place_of(thing)[2]
-        if top_m > reach_m - SEEN_LOW_M or not tips:
+        if top_m > reach_m - SEEN_LOW_M:
             return ""
         return f"its top is {top_m:.2f} m high, and the hands reach down to {reach_m:.2f} m"
 
@@ -230,19 +238,26 @@ class CellState:
         return columns
 
     def request(
-        self, goals: Mapping[str, Goal], assignments: Mapping[str, str], forbidden: Optional[BoolArray] = None
+        self,
+        goals: Mapping[str, Goal],
+        assignments: Mapping[str, str],
+        forbidden: Optional[BoolArray] = None,
+        places: Optional[Mapping[str, Robot]] = None,
     ) -> PlanRequest:
-        """The planning step for the newest map."""
+        """The planning step for the newest map; robots in ``places`` stand there in it, the map has them nowhere."""
         objects = self.map.objects if self.map is not None else {}
         apart = {*goals, *self.carried}
         others = {name: o.cells for name, o in objects.items() if o.kind != ObjectKind.MOBILE and name not in apart}
         others.update({name: self.robots[name].cells for name in self.unplanned})
+        others.update(self.hidden.by_hider())
         robots = tuple(
-            Robot(robot.name, robot.column, robot.nominal_yaw_rad, robot.mask, carries=self._load_of(name))
+            self._keeping_turns(standing_as(robot, carries=self._load_of(name)))
             for name, robot in sorted(self.robots.items())
             if name not in self.unplanned
         )
-        return PlanRequest(self.spec, self._standing(robots), robots, goals, dict(assignments), others, forbidden)
+        standing, elsewhere = self._standing(robots), places or {}
+        fleet = tuple(elsewhere.get(robot.name, robot) for robot in robots)
+        return PlanRequest(self.spec, standing, fleet, goals, dict(assignments), others, forbidden)
 
     def circumstances(self, request: PlanRequest, plan: Optional[FleetPlan]) -> Circumstances:
         """A request with what else is known when somebody asks why."""
@@ -250,7 +265,7 @@ class CellState:
         for robot in request.robots:
             shape = self.shapes.get(robot.name)
             if robot.carries and shape is not None:
-                bare[robot.name] = shape.mask(self.spec, robot.yaw_rad)
+                bare[robot.name] = partial(shape.mask, self.spec)
         refused = {name: refusal.reason for name, refusal in self.refused.items()}
         return Circumstances(request, plan, self.params.planner_params, bare, refused)
 
@@ -274,11 +289,47 @@ class CellState:
         """(gx, gy, gz) cells that everything but one robot fills, other robots by their masks."""
         return self._standing((), solid=[other for other in self.robots if other != name])
 
+    def robot_at(self, name: str, place: Waypoint, cells: IntArray) -> Robot:
+        """A robot as it will stand at a waypoint, in cells (n, 3) if its drawing is not known."""
+        shape, load = self._shape_of(name), self._load_of(name)
+        if shape is None:
+            mask = Mask.from_cells(cells, place.column, place.yaw_rad)
+            return self._keeping_turns(Robot(name, place.column, place.yaw_rad, mask, carries=load))
+        mask, mask_at = shape.mask(self.spec, place.yaw_rad), partial(shape.mask, self.spec)
+        return self._keeping_turns(Robot(name, place.column, place.yaw_rad, mask, carries=load, mask_at=mask_at))
+
+    def _keeping_turns(self, robot: Robot) -> Robot:
+        """A robot that keeps to the turns from the heading it started with."""
+        home = self.homes.get(robot.name)
+        return robot if home is None else replace(robot, home_yaw_rad=home.yaw_rad)
+
+    def seen_at(self, robot: TrackedRobot, place: Waypoint) -> bool:
+        """A robot is seen at a waypoint, within the tolerances."""
+        x, y = self.spec.column_centre(place.column)
+        turned = abs(wrap_angle(robot.yaw_rad - place.yaw_rad)) <= math.radians(self.params.heading_tolerance_deg)
+        return turned and max(abs(robot.x - x), abs(robot.y - y)) <= self.params.arrival_tolerance_m
+
+    def seen_between(self, robot: TrackedRobot, start: Waypoint, end: Waypoint) -> bool:
+        """A robot is seen on its step, a turn at the start and a straight way to the end, within the tolerances."""
+        ends = np.array([self.spec.column_centre(start.column), self.spec.column_centre(end.column)])
+        way, tip = ends[1] - ends[0], np.array([robot.x, robot.y]) - ends[0]
+        share = np.clip(tip @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+        beside_m = float(np.linalg.norm(tip - share * way))
+        turn = wrap_angle(end.yaw_rad - start.yaw_rad)
+        made, left = wrap_angle(robot.yaw_rad - start.yaw_rad), wrap_angle(end.yaw_rad - robot.yaw_rad)
+        beyond_rad = abs(made) + abs(left) - abs(turn)
+        tolerance = math.radians(self.params.heading_tolerance_deg)
+        return beside_m <= self.params.arrival_tolerance_m and beyond_rad <= 2.0 * tolerance
+
     def at(self, robot: TrackedRobot, goal: Goal) -> bool:
         """A robot is at a goal: in its column, and at its heading where it has one."""
         tolerance = math.radians(self.params.heading_tolerance_deg)
         turned = goal.yaw_rad is None or abs(wrap_angle(robot.yaw_rad - goal.yaw_rad)) <= tolerance
         return turned and robot.column == goal.column
+
+    def waypoint_of(self, target: Target) -> Waypoint:
+        """The waypoint that a pose of an end effector lies in."""
+        return Waypoint(self.spec.column_of((target.x, target.y)), target.yaw_rad)
 
     def target_of(self, step: Waypoint) -> Target:
         """Pose of an end effector at a waypoint."""
@@ -293,8 +344,8 @@ class CellState:
     def _standing(self, robots: Sequence[Robot], solid: Optional[Sequence[str]] = None) -> BoolArray:
         """The map (gx, gy, gz) without robots: neither the cells the cameras took for theirs nor those of their masks.
 
-        What is being deleted or hangs on a hand is gone from it too. Robots named ``solid`` (``unplanned``, when None)
-        stand in it by their masks.
+        Cells that no camera sees stand in it when they count as occupied. What is being deleted or hangs on a hand is
+        gone from it too. Robots named ``solid`` (``unplanned``, when None) stand in it by their masks.
         """
         if self.map is None:
             return np.zeros(self.spec.shape, dtype=np.bool_)
@@ -306,6 +357,8 @@ class CellState:
             standing[tuple(found.cells.T)] = False
         for found in there:
             standing[tuple(found.cells.T)] = True
+        if self.hidden.occupied is not None:
+            standing |= self.hidden.occupied
         standing = without_robots(self.map.spec, standing, robots)
         for name in self.unplanned if solid is None else solid:
             cells = self.robots[name].cells
@@ -321,16 +374,22 @@ class CellState:
         candidates += [before.column] if before is not None else []
         column = self._held(spec, found.position_m, *candidates)
         nominal = self._nominal_yaw(yaw, before, sent.target if sent is not None else None)
-        shape, load = self.shapes.get(found.name), self.loads.get(found.name)
-        if shape is not None and load is not None and load.shape is not None:
-            shape = shape.with_load(load.shape)
+        shape = self._shape_of(found.name)
         if shape is not None:
             mask = shape.mask(spec, nominal)
         elif len(found.cells):
             mask = Mask.from_cells(found.cells, column, nominal)
         else:
             mask = Mask(np.array([[0, 0, spec.shape[2] // 2]], dtype=np.int64), nominal)
-        return TrackedRobot(found.name, x, y, yaw, column, nominal, mask)
+        mask_at = None if shape is None else partial(shape.mask, spec)
+        return TrackedRobot(found.name, x, y, yaw, column, nominal, mask, mask_at)
+
+    def _shape_of(self, name: str) -> Optional[RobotShape]:
+        """What is known of a robot's solids, with what it carries."""
+        shape, load = self.shapes.get(name), self.loads.get(name)
+        if shape is not None and load is not None and load.shape is not None:
+            return shape.with_load(load.shape)
+        return shape
 
     def _nominal_yaw(self, yaw: float, before: Optional[TrackedRobot], target: Optional[Target]) -> float:
         tolerance = math.radians(self.params.heading_tolerance_deg)
@@ -346,6 +405,19 @@ class CellState:
                 if max(abs(position[0] - x), abs(position[1] - y)) <= self.params.arrival_tolerance_m:
                     return candidate
         return spec.column_of(position[:2])
+
+
+def standing_as(robot: TrackedRobot, position_m: Optional[Tuple[float, float]] = None, carries: str = "") -> Robot:
+    """A tracked robot as the planner sees it; arguments as of ``Robot``."""
+    return Robot(
+        robot.name,
+        robot.column,
+        robot.nominal_yaw_rad,
+        robot.mask,
+        position_m,
+        carries,
+        mask_at=robot.mask_at,
+    )
 
 
 def _inflated(columns: BoolArray, margin: int) -> BoolArray:

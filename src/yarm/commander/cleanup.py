@@ -7,6 +7,7 @@ from typing import List, Set
 from yarm.commander.activity import Activity, Ending
 from yarm.commander.assignment import HomeAssignments, QueuedAssignments
 from yarm.commander.cell_state import CellState
+from yarm.commander.continuous import mission_for
 from yarm.commander.events import Action, DeleteDone, GoalDone, Level, Log, Outcome, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
 from yarm.commander.mission import Mission, Tools
@@ -37,9 +38,9 @@ class Cleanup(Activity):
     def __init__(self, cell: CellState, tools: Tools) -> None:
         """Clean up."""
         super().__init__(cell)
-        self._ways: List[Mission] = [Mission(cell, tools, HomeAssignments(cell.queue, home_goals(cell)))]
+        self._ways: List[Mission] = [mission_for(cell, tools, HomeAssignments(cell.queue, home_goals(cell)))]
         if something_left(cell):
-            self._ways.insert(0, Mission(cell, tools, QueuedAssignments(cell.queue)))
+            self._ways.insert(0, mission_for(cell, tools, QueuedAssignments(cell.queue)))
         self._left_over = ""
         self._stored: Set[str] = set()
         self._retry_s = 0.0

@@ -35,11 +35,15 @@ class MapUpdate:
 
 @dataclass(frozen=True, eq=False)
 class RegistryUpdate:
-    """Who is in the cell, by name, with its kind ("Mobile", "Manipulator", "Debris", ...), and known shapes."""
+    """Who is in the cell, by name, with its kind ("Mobile", "Manipulator", "Debris", ...), and known shapes.
+
+    ``complete`` is false while the frames of a robot that has a shape are not known yet.
+    """
 
     kinds: Mapping[str, str]
     shapes: Mapping[str, RobotShape] = field(default_factory=dict)
     pieces: Mapping[str, PieceShape] = field(default_factory=dict)
+    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -120,20 +124,27 @@ class Target:
 
 @dataclass(frozen=True)
 class SendGoal:
-    """Send a MoveRobot goal; ``target`` is None for goals without a pose."""
+    """Send a MoveRobot goal; ``target`` is None for goals without a pose, ``via`` where to go by without stopping.
+
+    ``purpose`` (of ``Purpose``) and ``why`` are for the ledger.
+    """
 
     robot: str
     serial: int
     action: str
     target: Optional[Target] = None
+    via: Tuple[Target, ...] = ()
+    purpose: str = field(default="", compare=False)
+    why: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
 class CancelGoal:
-    """Cancel the goal with this serial number."""
+    """Cancel the goal with this serial number; ``why`` is for the ledger."""
 
     robot: str
     serial: int
+    why: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -186,7 +197,37 @@ class Log:
     text: str
 
 
-Action = Union[SendGoal, CancelGoal, SetAssociation, DeleteObject, ShowPlan, Log]
+class DecisionKind(str, Enum):
+    """What an entry of the ledger is about, as Decision.msg writes it."""
+
+    STATE = "state"
+    SEEN = "seen"
+    ASSIGN = "assign"
+    REACHED = "reached"
+    GIVEN_BACK = "given_back"
+    PLAN = "plan"
+    SEND = "send"
+    HAND = "hand"
+    SWITCH = "switch"
+    CANCEL = "cancel"
+    ENDED = "ended"
+    DELETE = "delete"
+    HOLD = "hold"
+    END = "end"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One entry of the ledger of a mission; fields as in Decision.msg."""
+
+    number: int
+    kind: DecisionKind
+    robot: str = ""
+    goal: str = ""
+    text: str = ""
+
+
+Action = Union[SendGoal, CancelGoal, SetAssociation, DeleteObject, ShowPlan, Log, Decision]
 Actions = Tuple[Action, ...]
 
 

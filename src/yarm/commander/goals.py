@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Dict, List, Optional
+from typing import Dict, List, Optional, Tuple
 
 from yarm.commander.events import CancelGoal, GoalDone, SendGoal, Target
 from yarm.geometry import wrap_angle
+from yarm.planning.model.types import Waypoint
 from yarm.robots.ankurbot import ARM_REACH_M
 
 
@@ -32,6 +33,7 @@ class ActiveGoal:
         purpose: why it was sent.
         action: the MoveRobot action.
         target: where to; None for goals without a pose.
+        start: where a step begins; None for whatever was not checked from there.
         sent_s: when it was sent.
         cancelled_s: when it was cancelled; None when it was not.
         why: why it was cancelled.
@@ -46,6 +48,7 @@ class ActiveGoal:
     action: str
     target: Optional[Target]
     sent_s: float
+    start: Optional[Waypoint] = None
     cancelled_s: Optional[float] = None
     why: str = ""
     replans: bool = False
@@ -72,12 +75,20 @@ class GoalBook:
         self._serial = 0
 
     def send(
-        self, robot: str, purpose: Purpose, action: str, now_s: float, target: Optional[Target] = None
+        self,
+        robot: str,
+        purpose: Purpose,
+        action: str,
+        now_s: float,
+        target: Optional[Target] = None,
+        start: Optional[Waypoint] = None,
+        via: Tuple[Target, ...] = (),
+        why: str = "",
     ) -> SendGoal:
-        """Note a new goal; it replaces the robot's active one."""
+        """Note a new goal, to a target by other poses, and why; it replaces the robot's active one."""
         self._serial += 1
-        self.active[robot] = ActiveGoal(robot, self._serial, purpose, action, target, now_s, best_s=now_s)
-        return SendGoal(robot, self._serial, action, target)
+        self.active[robot] = ActiveGoal(robot, self._serial, purpose, action, target, now_s, start, best_s=now_s)
+        return SendGoal(robot, self._serial, action, target, via, purpose.value, why)
 
     def cancel(self, robot: str, now_s: float, why: str, replans: bool = False) -> List[CancelGoal]:
         """Cancel a robot's goal; nothing when it has none or it was cancelled already.
@@ -92,7 +103,7 @@ class GoalBook:
         if goal is None or goal.cancelled_s is not None:
             return []
         self.active[robot] = replace(goal, cancelled_s=now_s, why=why, replans=replans)
-        return [CancelGoal(robot, goal.serial)]
+        return [CancelGoal(robot, goal.serial, why)]
 
     def end(self, event: GoalDone) -> Optional[ActiveGoal]:
         """Note that a goal has ended; None when it is not the robot's active one."""

@@ -8,8 +8,8 @@ done when it lies in a bin and no hand holds it, and one that has left the hand 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Dict, List, Optional
+from dataclasses import dataclass, replace
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from yarm.commander.cell_state import CellState
 from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, SendGoal, Target, TaskState, TaskView
@@ -26,7 +26,7 @@ SEARCH_M = (0.0, 0.008, -0.008)
 
 
 @dataclass
-class _Job:
+class Job:
     """A piece on its way into a bin.
 
     Attributes:
@@ -54,7 +54,7 @@ class Handling:
     def __init__(self, cell: CellState) -> None:
         """Nothing yet."""
         self._cell = cell
-        self._jobs: Dict[str, _Job] = {}
+        self._jobs: Dict[str, Job] = {}
 
     @property
     def busy(self) -> str:
@@ -68,6 +68,24 @@ class Handling:
         self._jobs = {}
         cell.at_work, cell.refused, cell.full_bins = set(), {}, {}
         self._take_up(now_s)
+
+    @property
+    def jobs(self) -> Tuple[Job, ...]:
+        """A copy of every piece's work, by piece: what ``resume`` needs."""
+        return tuple(replace(job) for _, job in sorted(self._jobs.items()))
+
+    def resume(self, jobs: Sequence[Job], now_s: float) -> None:
+        """Go on from the ``jobs`` of hands that have been drawn up since, each with or without its piece.
+
+        One that was to pick tries again, and finds out if it holds the piece already; one that was to let go is back
+        to carrying until the piece is seen elsewhere.
+        """
+        cell = self._cell
+        self._jobs = {job.piece: replace(job, since_s=now_s) for job in jobs}
+        for job in self._jobs.values():
+            if job.stage is TaskState.DROPPING:
+                job.stage, job.since_s = TaskState.CARRYING, now_s + cell.params.fall_s
+        cell.at_work = {job.robot for job in self._jobs.values() if job.stage is TaskState.PICKING}
 
     def waiting(self) -> str:
         """Why something that is carried, or was given back, gets into no bin; empty when nothing is left so."""
@@ -83,7 +101,7 @@ class Handling:
         self._cell.at_work.add(robot)
         if goal.kind is GoalKind.DEBRIS:
             self._cell.queue.hold(goal, robot, now_s)
-            self._jobs[goal.name] = _Job(robot, goal.name, TaskState.PICKING, now_s)
+            self._jobs[goal.name] = Job(robot, goal.name, TaskState.PICKING, now_s)
             return self._pick(self._jobs[goal.name], now_s)
         job = self._jobs[self._cell.loads[robot].piece]
         job.stage, job.bin, job.since_s = TaskState.DROPPING, goal.name.split("/")[0], now_s
@@ -130,15 +148,15 @@ class Handling:
             for name, refusal in sorted(self._cell.refused.items())
         ]
 
-    def _go_on(self, job: _Job, now_s: float) -> List[Action]:
+    def _go_on(self, job: Job, now_s: float) -> List[Action]:
         """The next thing for a piece whose robot's hand is not at work."""
         if job.stage is TaskState.PICKING:
             return self._try_again(job, now_s)
         if job.stage is TaskState.CARRYING:
-            return [] if self._hangs(job) else self._lost(job, f"{job.robot} has lost {job.piece}")
+            return [] if self._hangs(job) else self._left_hand(job, now_s)
         return self._look_into_bin(job, now_s)
 
-    def _try_again(self, job: _Job, now_s: float) -> List[Action]:
+    def _try_again(self, job: Job, now_s: float) -> List[Action]:
         if job.tries < self._cell.params.pick_tries:
             return self._pick(job, now_s)
         found = self._thing(job.piece)
@@ -147,14 +165,14 @@ class Handling:
             self._cell.refused[job.piece] = Refusal(reason, (found.position_m[0], found.position_m[1]))
         return self._lost(job, f"{job.piece} is given back: {reason}")
 
-    def _pick(self, job: _Job, now_s: float) -> List[Action]:
+    def _pick(self, job: Job, now_s: float) -> List[Action]:
         found = self._thing(job.piece)
         place = None if found is None else self._target(job.robot, found, SEARCH_M[job.tries % len(SEARCH_M)])
         if place is None:
             return self._lost(job, f"{job.piece} is no longer where {job.robot} stands")
         return [self._send(job, MobileAction.PICK, job.piece, place, now_s)]
 
-    def _drop(self, job: _Job, now_s: float) -> List[Action]:
+    def _drop(self, job: Job, now_s: float) -> List[Action]:
         found = self._thing(job.bin)
         place = None if found is None else self._target(job.robot, found)
         if place is None:
@@ -162,10 +180,10 @@ class Handling:
             return [Log(Level.WARN, f"{job.bin} is no longer where {job.robot} stands")]
         return [self._send(job, MobileAction.DROP, job.bin, place, now_s)]
 
-    def _send(self, job: _Job, action: MobileAction, name: str, place: Target, now_s: float) -> SendGoal:
+    def _send(self, job: Job, action: MobileAction, name: str, place: Target, now_s: float) -> SendGoal:
         return self._cell.goals.send(job.robot, Purpose.HAND, f"{action.value} {name}", now_s, place)
 
-    def _hand_done(self, job: _Job, event: GoalDone, now_s: float) -> List[Action]:
+    def _hand_done(self, job: Job, event: GoalDone, now_s: float) -> List[Action]:
         self._cell.at_work.discard(job.robot)
         job.tries, job.reason = 0, ""
         if job.stage is TaskState.PICKING:
@@ -176,7 +194,14 @@ class Handling:
             return [Log(Level.INFO, f"{job.robot} has let {job.piece} go over {job.bin}: {event.message}")]
         return [Log(Level.WARN, f"{job.robot} has no {job.piece} any more: {event.message}")]
 
-    def _look_into_bin(self, job: _Job, now_s: float) -> List[Action]:
+    def _left_hand(self, job: Job, now_s: float) -> List[Action]:
+        """What was carried hangs on the hand no more: it lies in a bin already, or is lost."""
+        found = self._thing(job.piece)
+        if found is not None and self._cell.bin_of(found):
+            return self._look_into_bin(job, now_s)
+        return self._lost(job, f"{job.robot} has lost {job.piece}")
+
+    def _look_into_bin(self, job: Job, now_s: float) -> List[Action]:
         found = self._thing(job.piece)
         where = "" if found is None else self._cell.bin_of(found)
         if not where:
@@ -185,7 +210,7 @@ class Handling:
         del self._jobs[job.piece]
         return [Log(Level.INFO, f"{job.piece} lies in {where}")]
 
-    def _back_to_carrying(self, job: _Job) -> None:
+    def _back_to_carrying(self, job: Job) -> None:
         """The bin would not take it: it is tried again, and after some tries counts as full."""
         self._cell.at_work.discard(job.robot)
         job.stage = TaskState.CARRYING
@@ -193,14 +218,14 @@ class Handling:
             self._cell.full_bins[job.bin] = f"nothing was let go in {job.tries} tries: {job.reason}"
             job.tries = 0
 
-    def _lost(self, job: _Job, why: str) -> List[Action]:
+    def _lost(self, job: Job, why: str) -> List[Action]:
         """A piece is a goal again, or nothing when it is gone."""
         self._cell.at_work.discard(job.robot)
         self._cell.queue.undone(job.piece)
         del self._jobs[job.piece]
         return [Log(Level.WARN, why)]
 
-    def _hangs(self, job: _Job) -> bool:
+    def _hangs(self, job: Job) -> bool:
         """Whether a piece hangs on the hand that it is for."""
         load = self._cell.loads.get(job.robot)
         return load is not None and load.piece == job.piece
@@ -211,7 +236,7 @@ class Handling:
         sought = {task.goal.name for task in cell.queue.tasks if task.robot}
         for robot, load in sorted(cell.loads.items()):
             if cell.params.bins_used and robot not in cell.at_work and load.piece not in {*self._jobs, *sought}:
-                self._jobs[load.piece] = _Job(robot, load.piece, TaskState.CARRYING, now_s)
+                self._jobs[load.piece] = Job(robot, load.piece, TaskState.CARRYING, now_s)
                 cell.queue.hold(Goal(load.piece, GoalKind.DEBRIS, (0, 0)), robot, now_s)
 
     def _taken_out(self) -> List[Action]:
@@ -230,7 +255,7 @@ class Handling:
         goal = self._cell.goals.active.get(robot)
         return goal is not None and goal.purpose is Purpose.HAND
 
-    def _is_of(self, job: _Job, goal: ActiveGoal) -> bool:
+    def _is_of(self, job: Job, goal: ActiveGoal) -> bool:
         """Whether a hand's goal is a piece's present work."""
         picks = MobileAction.of(goal.action) is MobileAction.PICK
         name = goal.action.split(" ", 1)[1]

@@ -4,7 +4,8 @@
     reply, actions = commander.request(Request(current_state=True), now_s)
     actions = commander.step(MapUpdate(cell_map), now_s)
 
-The same events at the same times give the same actions.
+The same events at the same times give the same actions. After the death of another one a new one goes on with
+``take_up(memory, now_s)``, where ``memory`` is what the other one's ``memory(now_s)`` was last.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from yarm.commander.assignment import QueuedAssignments
 from yarm.commander.calibration import Calibration
 from yarm.commander.cell_state import CellState
 from yarm.commander.cleanup import Cleanup
+from yarm.commander.continuous import mission_for
 from yarm.commander.events import (
     Action,
     Actions,
@@ -38,12 +40,22 @@ from yarm.commander.events import (
     Tick,
 )
 from yarm.commander.goals import Purpose
+from yarm.commander.ledger import Ledger
+from yarm.commander.memory import Memory, Work, restore, with_cell
 from yarm.commander.mission import Mission, Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request, Situation, decide
 from yarm.commander.states import MISSION_STATES, TABLE, State, Trigger, check_table
 from yarm.commander.supervision import Supervisor
+from yarm.commander.take_up import TakeUp
 from yarm.planning.why.causes import Circumstances
+
+WORKS: Dict[Type[Activity], Work] = {
+    Calibration: Work.CALIBRATION,
+    Mission: Work.MISSION,
+    Cleanup: Work.CLEANUP,
+}
+"""What is remembered of each kind of work; the way to a stop has ended by itself when it is taken up."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +89,13 @@ class Commander:
         self.state = State.IDLE
         self._tools = tools
         self._supervisor = Supervisor(self.cell)
+        self._ledger = Ledger(self.cell)
         self._work: Optional[Activity] = None
         self._result = Result(Ending.NONE)
         self._last_tasks: Tuple[TaskView, ...] = ()
         self._entered_s = 0.0
         self._off_since_s: Optional[float] = None
+        self._association: Optional[bool] = None
         self._map_seen_s: Optional[float] = None
         self._fault = ""
         self._resume: Optional[State] = None
@@ -128,8 +142,13 @@ class Commander:
             return "no planning_metadata yet"
         if now_s - self._map_seen_s > limit:
             return f"no new planning_metadata for more than {limit:g} s"
+        if isinstance(self._work, TakeUp):
+            return self._work.reason
+        if not self.cell.kinds:
+            return "no object_registry yet"
         lost = self._lost_servers()
-        return f"the action server of {', '.join(lost)} is lost" if lost else ""
+        gone = f"the action server of {', '.join(lost)} is lost" if lost else ""
+        return gone or self.cell.hidden.fault(now_s, limit)
 
     def request(self, request: Request, now_s: float) -> Tuple[Reply, Actions]:
         """Answer a request for a change of state; the work it starts goes on in ``step``."""
@@ -140,13 +159,56 @@ class Commander:
             return Reply(False, verdict.message), ()
         stops = self.busy and row.trigger is Trigger.PREVIOUS
         self._resume = None
-        actions = self._enter(row.target, now_s, redo=row.source is not State.STARTED, stops=stops)
+        actions = self._noted(self._enter(row.target, now_s, redo=row.source is not State.STARTED, stops=stops))
         message = f"state {int(row.target)} {row.target.name} entered"
-        return Reply(True, message + ("; its work goes on in the background" if self.busy else "")), tuple(actions)
+        return Reply(True, message + ("; its work goes on in the background" if self.busy else "")), actions
 
     def step(self, event: Event, now_s: float) -> Actions:
         """Take in one event."""
-        return tuple(self._handlers[type(event)](event, now_s))
+        return self._noted(self._handlers[type(event)](event, now_s))
+
+    def memory(self, now_s: float) -> Memory:
+        """What another Commander must know to go on from here."""
+        if isinstance(self._work, TakeUp):
+            return self._work.memory
+        work = next((work for kind, work in WORKS.items() if isinstance(self._work, kind)), Work.NOTHING)
+        memory = Memory(
+            now_s,
+            self.state,
+            work,
+            resume=self._resume,
+            entered_s=self._entered_s,
+            outcome=self._result.outcome,
+            reason=self._result.reason,
+            association=self._association,
+            off_since_s=self._off_since_s,
+            shown=() if self.busy else self._last_tasks,
+            jobs=self._work.jobs if isinstance(self._work, Mission) else (),
+            steps=dict(self._work.interrupted) if isinstance(self._work, Mission) else {},
+        )
+        return with_cell(memory, self.cell)
+
+    def take_up(self, memory: Memory, now_s: float) -> Actions:
+        """Go on where another one was, before anything else has come in; its work waits for what it needs."""
+        restore(self.cell, memory, now_s)
+        self.state, self._entered_s, self._off_since_s = memory.state, memory.entered_s, memory.off_since_s
+        self._result, self._last_tasks = Result(memory.outcome, memory.reason), memory.shown
+        actions: List[Action] = [] if memory.association is None else [SetAssociation(memory.association)]
+        if memory.work is Work.CALIBRATION:
+            actions += self._enter(State.CALIBRATION, now_s, redo=True, stops=False)
+        elif memory.work is not Work.NOTHING:
+            mission = memory.work is Work.MISSION
+            self._work = TakeUp(self.cell, memory, self._mission() if mission else Cleanup(self.cell, self._tools))
+        self._resume = memory.resume
+        doing = "" if memory.work is Work.NOTHING else f", {memory.work.value} goes on"
+        text = f"taken up after the Commander's death: state {int(self.state)} {self.state.name}{doing}"
+        return self._noted([Log(Level.WARN, text), *actions])
+
+    def _noted(self, actions: List[Action]) -> Actions:
+        for action in actions:
+            if isinstance(action, SetAssociation):
+                self._association = action.on
+        return (*actions, *self._ledger.entries(actions))
 
     def _enter(self, state: State, now_s: float, redo: bool, stops: bool) -> List[Action]:
         actions: List[Action] = []
@@ -156,6 +218,7 @@ class Commander:
         if stops and not leaving_mission:
             actions += cancel_all(self.cell, now_s, f"stopped on the way to {state.name}")
         self.state, self._entered_s, self._work = state, now_s, None
+        self._ledger.entered(state)
         self._result = Result(Ending.STOPPED if stops else Ending.NONE)
         if state is State.STARTED:
             self._off_since_s = now_s
@@ -175,7 +238,7 @@ class Commander:
 
     def _mission(self) -> Mission:
         assignments = QueuedAssignments(self.cell.queue)
-        return Mission(self.cell, self._tools, assignments, self.state is State.BOUNDED)
+        return mission_for(self.cell, self._tools, assignments, self.state is State.BOUNDED)
 
     def _advance(self, now_s: float) -> List[Action]:
         """Let the work go on, unless a fault stops everything."""
@@ -189,9 +252,12 @@ class Commander:
         work = self._work
         if work is None or work.result is None:
             return []
+        if isinstance(work, TakeUp):
+            return self._carry_on(work, now_s)
         self._result, self._work = work.result, None
         if not isinstance(work, Stopping):
             self._last_tasks = tuple(work.tasks())
+        self._ledger.ended(work.result)
         level = Level.WARN if work.result.outcome is Ending.FAILED else Level.INFO
         actions: List[Action] = [
             Log(level, f"{self.state.name} {work.result.outcome.value} {work.result.reason}".rstrip())
@@ -201,6 +267,17 @@ class Commander:
             self._resume = None
             actions += self._enter(resume, now_s, redo=False, stops=False)
         return actions
+
+    def _carry_on(self, taken: TakeUp, now_s: float) -> List[Action]:
+        """Everything is there: the work goes on; on a clock that went back meanwhile, as after any such step."""
+        if taken.clock_went_back:
+            return self._on_clock_reset(ClockReset(), now_s)
+        self._work = work = taken.work
+        if isinstance(work, Mission):
+            work.resume(taken.memory.jobs, taken.memory.steps, now_s)
+            return []
+        self._work = Cleanup(self.cell, self._tools)
+        return self._work.start(now_s)
 
     def _overdue(self, now_s: float) -> List[Action]:
         actions: List[Action] = []
@@ -227,9 +304,10 @@ class Commander:
         if self.busy and self._map_seen_s is not None and now_s - self._map_seen_s > limit:
             return f"no new planning_metadata for more than {limit:g} s: every robot is stopped"
         lost = self._lost_servers()
-        if self.busy and lost and not isinstance(self._work, Calibration):
+        if self.busy and lost and not isinstance(self._work, (Calibration, TakeUp)):
             return f"the action server of {', '.join(lost)} is lost: every robot is stopped"
-        return ""
+        seeing = self.busy and self._map_seen_s is not None
+        return self.cell.hidden.fault(now_s, limit) if seeing else ""
 
     def _lost_servers(self) -> List[str]:
         return [name for name in self.cell.mobiles + self.cell.manipulators if name not in self.cell.connected]
@@ -245,6 +323,7 @@ class Commander:
         self.cell.kinds = dict(event.kinds)
         self.cell.shapes = dict(event.shapes)
         self.cell.pieces = dict(event.pieces)
+        self.cell.registry_complete = bool(event.kinds) and event.complete
         return []
 
     def _on_server(self, event: ServerUpdate, now_s: float) -> List[Action]:
@@ -262,6 +341,7 @@ class Commander:
         goal = self.cell.goals.end(event)
         if goal is None:
             return []
+        self._ledger.goal_done(goal, event)
         if goal.purpose is Purpose.SWITCH:
             return self._supervisor.on_done(event)
         if goal.purpose is Purpose.HAND:
@@ -275,6 +355,7 @@ class Commander:
         return []
 
     def _on_hold(self, event: Hold, now_s: float) -> List[Action]:
+        self._ledger.hold(event)
         if event.held:
             self.cell.holds[event.robot] = event.reason
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Callable, Dict, List, Optional
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -20,24 +20,28 @@ from yarm.commander.events import (
     Log,
     Outcome,
     ShowPlan,
+    Target,
     TaskState,
     TaskView,
 )
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.handling import Handling
+from yarm.commander.handling import Handling, Job
+from yarm.commander.memory import Step
 from yarm.commander.params import CheckSteps
 from yarm.commander.recovery import way_in
 from yarm.commander.steps import CheckedSteps, StepGuard, sendable
 from yarm.control.actions import MobileAction
 from yarm.geometry import BoolArray, IntArray
 from yarm.geometry.kinds import ObjectKind
-from yarm.planning.model.types import FleetPlan, FleetPlanner, GoalKind, PlanRequest, PlanStatus
+from yarm.planning.model.types import FleetPlan, FleetPlanner, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint
 from yarm.planning.tasks.task_queue import BODIES, Task, TaskStatus
-from yarm.planning.verification.checker import robotless_map
+from yarm.planning.verification.checker import check_release, robotless_map
 from yarm.planning.why.causes import Circumstances
 
 GIVEN_BACK = (PlanStatus.INFEASIBLE, PlanStatus.INVALID_GOAL)
 """What a plan may say of a robot's goal that somebody else may still reach, or nobody as the map is."""
+PASSED, UNCHECKED, COMES_IN, REFUSED = "safe", "not asked", "not asked: straight in, free by the map", "refused: "
+"""What the checker says of a step that is sent; REFUSED is followed by the reason."""
 KEEP_CLEAR_COLUMNS = 1
 """An idle robot stays out of the private areas inflated by this many columns (0.6 m from the part)."""
 
@@ -84,6 +88,7 @@ class Mission(Activity):
         self._stuck_since_s: Optional[float] = None
         self._outside: Dict[str, str] = {}
         self._planned: Optional[FleetPlan] = None
+        self.interrupted: Dict[str, Step] = {}
 
     def start(self, now_s: float) -> List[Action]:
         """Forget the plans and tasks of the last mission."""
@@ -92,6 +97,24 @@ class Mission(Activity):
         self._planned = None
         self._hands.start(now_s)
         return []
+
+    @property
+    def jobs(self) -> Tuple[Job, ...]:
+        """What the hands are at."""
+        return self._hands.jobs
+
+    def resume(self, jobs: Sequence[Job], steps: Mapping[str, Step], now_s: float) -> None:
+        """Go on with the queue's tasks as they are, from wherever everybody stands.
+
+        Args:
+            jobs: what the hands were at.
+            steps: what each robot was sent. It ends that first if the checker still agrees: the turns that the planner
+                knows lead nowhere from a heading in the midst of one.
+            now_s: time, s.
+        """
+        self._tools.planner.reset()
+        self.interrupted = dict(sorted(steps.items()))
+        self._hands.resume(jobs, now_s)
 
     def advance(self, now_s: float) -> List[Action]:
         """One look at the newest map; plans when everybody has arrived."""
@@ -104,7 +127,7 @@ class Mission(Activity):
         if self.cell.goals.of(Purpose.STEP) or now_s < self._not_before_s:
             return actions
         actions += self._arrivals(now_s)
-        coming_in = self._bring_in(now_s)
+        coming_in = self._finish_steps(now_s) or self._bring_in(now_s)
         if coming_in:
             return actions + coming_in
         request = self._assign(now_s)
@@ -140,6 +163,9 @@ class Mission(Activity):
             if event.name in self._deleting():
                 self._queue.deleted(event.name)
             return [Log(Level.INFO, f"{event.name} is deleted")]
+        if any(task.goal.name == event.name and not task.on_map for task in self._queue.deleting):
+            self._queue.deleted(event.name)
+            return [Log(Level.INFO, f"{event.name} is gone already: {event.message}")]
         return [Log(Level.WARN, f"{event.name} was not deleted, it is tried again: {event.message}")]
 
     def tasks(self) -> List[TaskView]:
@@ -174,8 +200,7 @@ class Mission(Activity):
         left = math.nan
         if tracked is not None and self.cell.map is not None:
             left = tracked.distance_to(self.cell.map.spec, goal.column)
-        moving = robot in {g.robot for g in self.cell.goals.of(Purpose.STEP)}
-        status = TaskState.MOVING if moving else TaskState.ASSIGNED
+        status = TaskState.MOVING if robot in self._on_the_way() else TaskState.ASSIGNED
         if goal.kind == GoalKind.CLEAR:
             status = TaskState.BACKING_OUT
         return TaskView(robot, goal.name, goal.kind, status, task.reason, left)
@@ -201,6 +226,36 @@ class Mission(Activity):
                 actions += goals.cancel(goal.robot, now_s, f"has not moved for {params.no_progress_s:g} s ({why})")
         return actions
 
+    def _finish_steps(self, now_s: float) -> List[Action]:
+        """One robot after the other that was interrupted on its way ends its step."""
+        for name, step in list(self.interrupted.items()):
+            del self.interrupted[name]
+            robot, end = self.cell.robots.get(name), self.cell.waypoint_of(step.target)
+            if robot is None or name in self.cell.unplanned or self.cell.seen_at(robot, end):
+                continue
+            if not self.cell.seen_between(robot, step.start, end):
+                continue
+            body = self.cell.robot_at(name, step.start, robot.cells)
+            request = self._full(self.cell.request({}, {}, self._forbidden(), {name: body}))
+            request = replace(request, assignments=dict(self._queue.assignments))
+            verdict = check_release(request, {name: (end,)}, {})
+            if not verdict.safe:
+                return [Log(Level.WARN, f"{name} does not end the step it was at: {verdict.reason}")]
+            self._guard.watch(request, body, end)
+            return [self._send_step(name, step.target, step.start, now_s, why=PASSED)]
+        return []
+
+    def _send_step(
+        self,
+        name: str,
+        target: Target,
+        start: Optional[Waypoint],
+        now_s: float,
+        via: Tuple[Target, ...] = (),
+        why: str = "",
+    ) -> Action:
+        return self.cell.goals.send(name, Purpose.STEP, MobileAction.ABOUT_TIP.value, now_s, target, start, via, why)
+
     def _bring_in(self, now_s: float) -> List[Action]:
         """One robot after the other that stands outside the volume is sent straight back in, where there is a way."""
         self._outside = {name: self._outside.get(name, "") for name in self.cell.outside}
@@ -211,8 +266,7 @@ class Mission(Activity):
             if way.target is not None:
                 self._guard.watch_cells(name, way.cells)
                 text = f"{name} is outside the mapped volume at ({robot.x:.2f}, {robot.y:.2f}) m: it comes straight in"
-                send = self.cell.goals.send(name, Purpose.STEP, MobileAction.ABOUT_TIP.value, now_s, way.target)
-                return [Log(Level.WARN, text), send]
+                return [Log(Level.WARN, text), self._send_step(name, way.target, None, now_s, why=COMES_IN)]
         return []
 
     def _watch(self, now_s: float) -> List[Action]:
@@ -248,25 +302,42 @@ class Mission(Activity):
             own = self.cell.robots[name].cells
             occupied[tuple(own[request.spec.contains(own)].T)] = False
         for robot, cells in self._guard.alarms(occupied):
+            if not self._still_ahead(robot, cells):
+                continue
             name = self._owner(cells)
             actions += self.cell.goals.cancel(robot, now_s, f"replan: {name} is in the way", replans=True)
             self._guard.forget(robot)
         return actions
+
+    def _still_ahead(self, robot: str, cells: IntArray) -> bool:
+        """Whether cells (n, 3) that a robot's step sweeps stop it when they are taken: all do."""
+        return True
+
+    def _on_the_way(self) -> Set[str]:
+        """Robots that were sent somewhere and have not ended."""
+        return {goal.robot for goal in self.cell.goals.of(Purpose.STEP)}
+
+    def _places(self) -> Mapping[str, Robot]:
+        """Robots that are planned for from elsewhere than where they stand."""
+        return {}
 
     def _owner(self, cells: IntArray) -> str:
         wanted = {tuple(index) for index in cells.tolist()}
         for name, found in (self.cell.map.objects if self.cell.map is not None else {}).items():
             if found.kind != ObjectKind.MOBILE and not wanted.isdisjoint(map(tuple, found.cells.tolist())):
                 return name
+        for name, hidden in self.cell.hidden.by_hider().items():
+            if not wanted.isdisjoint(map(tuple, hidden.tolist())):
+                return name
         return "something"
 
     def _arrivals(self, now_s: float) -> List[Action]:
         """Pop the tasks of robots that are where they were wanted, and delete what they reached."""
         actions: List[Action] = []
-        goals = {**self._queue.goals, **self.cell.open_goals()}
+        goals, moving = {**self._queue.goals, **self.cell.open_goals()}, self._on_the_way()
         for robot, name in sorted(self._queue.assignments.items()):
             tracked, goal = self.cell.robots.get(robot), goals.get(name)
-            if tracked is None or goal is None or not self.cell.at(tracked, goal):
+            if robot in moving or tracked is None or goal is None or not self.cell.at(tracked, goal):
                 continue
             task = self._queue.pop(robot, now_s)
             self._stuck_since_s = None
@@ -289,7 +360,7 @@ class Mission(Activity):
         return actions
 
     def _assign(self, now_s: float) -> PlanRequest:
-        request = self.cell.request({}, {}, self._forbidden())
+        request = self.cell.request({}, {}, self._forbidden(), self._places())
         self._assignments.update(request, self.cell.open_goals(), now_s)
         self._assignments.process(self._full(request), self._keep_clear())
         return replace(self._full(request), assignments=dict(self._queue.assignments))
@@ -348,10 +419,17 @@ class Mission(Activity):
         robots = {robot.name: robot for robot in request.robots}
         for name, step in checked.steps.items():
             self._guard.watch(request, robots[name], step)
-            actions.append(
-                self.cell.goals.send(name, Purpose.STEP, MobileAction.ABOUT_TIP.value, now_s, self.cell.target_of(step))
-            )
+            start = Waypoint(robots[name].column, robots[name].yaw_rad)
+            target, why = self.cell.target_of(step), self._passed(checked.refused)
+            actions.append(self._send_step(name, target, start, now_s, why=why))
         return actions
+
+    def _passed(self, refused: str) -> str:
+        """What the checker says of a step that is sent; ``refused`` is what it has against the whole plan."""
+        if self.cell.params.checking is CheckSteps.UNCHECKED:
+            return UNCHECKED
+        sent_all_the_same = refused and self.cell.params.checking is CheckSteps.REPORT
+        return f"{REFUSED}{refused}" if sent_all_the_same else PASSED
 
     def _take_refusals(self, plan: FleetPlan) -> None:
         for name, robot_plan in sorted(plan.robots.items()):

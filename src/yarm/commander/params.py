@@ -7,6 +7,7 @@ from enum import Enum
 from typing import Tuple
 
 from yarm.params import param
+from yarm.planning.model.hidden import HiddenParams, HiddenPolicy
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.registry import PLANNER_NAMES
 
@@ -18,6 +19,15 @@ class Removal(str, Enum):
     """It is deleted, as published."""
     BIN = "bin"
     """The robot's hand takes it to a bin."""
+
+
+class Execution(str, Enum):
+    """How a plan is carried out, as parameter ``execution`` writes it."""
+
+    STEPS = "steps"
+    """Everybody waits until all have arrived."""
+    CONTINUOUS = "continuous"
+    """A robot goes on as soon as nobody is left that its next move would touch."""
 
 
 class CheckSteps(str, Enum):
@@ -66,12 +76,44 @@ class CommanderParams:
     replanning: bool = param(
         True, "", "plan again at every waypoint; false: each robot follows its first path to the end, as published"
     )
+    execution: str = param(
+        Execution.STEPS.value,
+        "",
+        "steps: everybody waits until all have arrived, then a step is planned for all; "
+        "continuous: a robot goes on as soon as every earlier move that its next one conflicts with has ended",
+        choices=[way.value for way in Execution],
+    )
+    plan_delay_s: float = param(
+        0.1, "s", "with `execution` continuous: a plan takes effect this long after it was asked for", low=0.0, high=5.0
+    )
     check_steps: str = param(
         CheckSteps.SEND_SAFE.value,
         "",
         "true: send only what the independent checker passes; false: send everything, unchecked; "
         "report: send everything and count what it would have refused (the published planner as it was)",
         choices=[mode.value for mode in CheckSteps],
+    )
+    hidden: str = param(
+        HiddenPolicy.FREE.value,
+        "",
+        "cells that no camera sees: free, as published; known_bodies: free while nothing unregistered can be there, "
+        "and seen not long ago or hidden by registered bodies alone; occupied; all but free need visibility of "
+        "merge_clouds",
+        choices=[policy.value for policy in HiddenPolicy],
+    )
+    hidden_age_s: float = param(
+        HiddenParams.age_s, "s", "a cell hidden by more than registered bodies is free this long", low=0.0, high=3600.0
+    )
+    hidden_speed_mps: float = param(
+        HiddenParams.speed_m_s, "m/s", "nothing unregistered moves faster than this", low=0.0, high=20.0
+    )
+    hidden_least_m: float = param(
+        HiddenParams.least_m, "m", "hidden things are at least so large every way, 0: of any size", low=0.0, high=2.0
+    )
+    starts_clear: bool = param(
+        HiddenParams.starts_clear,
+        "",
+        "nothing unregistered is in the cell at the start, nor ever where no camera looks",
     )
     removal: str = param(
         Removal.DELETE.value,
@@ -111,6 +153,12 @@ class CommanderParams:
     def bins_used(self) -> bool:
         """Whether debris goes to a bin."""
         return self.removal == Removal.BIN
+
+    @property
+    def hidden_params(self) -> HiddenParams:
+        """How cells that no camera sees are judged."""
+        policy = HiddenPolicy(self.hidden)
+        return HiddenParams(policy, self.hidden_age_s, self.hidden_speed_mps, self.hidden_least_m, self.starts_clear)
 
     @property
     def planner_params(self) -> PlannerParams:

@@ -123,4 +123,4 @@ class Supervisor:
         what = "nothing near" if not near.name else f"{near.name} at {near.distance_m:.2f} m"
         action = ArmAction.ON if wanted else ArmAction.OFF
         text = f"{name} {action.value}: {what}"
-        return [Log(Level.INFO, text), cell.goals.send(name, Purpose.SWITCH, action.value, now_s)]
+        return [Log(Level.INFO, text), cell.goals.send(name, Purpose.SWITCH, action.value, now_s, why=what)]

@@ -1,6 +1,7 @@
 """Work of a suction hand at a mobile robot's tip: pick a piece up, let it go; one call of ``step`` per new reading.
 
-The robot stands still meanwhile, over the piece or the bin. It owns no clock and no threads.
+The robot stands still meanwhile, over the piece or the bin; ``before_driving`` draws up a hand that was left down, as
+when a drop was cancelled, before the base may drive. It owns no clock and no threads.
 """
 
 from __future__ import annotations
@@ -12,12 +13,16 @@ from typing import Optional
 from yarm.control.actions import MobileAction
 from yarm.control.base.controller import Outcome
 from yarm.params import param
-from yarm.robots.ankurbot import HAND_STROKE_M
+from yarm.robots.ankurbot import HAND_LIFTS_KG, HAND_STROKE_M
 
 REACHED_M = 0.003
 """A lift within this of where it was sent is there, metres."""
+CARRYING_M = 0.005
+"""Carrying height: the base drives while the lift is not farther down than this, metres."""
 STALLED_MPS = 0.005
 """A lift slower than this on its way has met something, m/s."""
+UP_STALLS = 2.0
+"""On its way up it may stand so many times as long: it was pressing, and first comes back to where it stands."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,14 @@ class _Work:
     standing_since_s: float = field(default=0.0)
 
 
+@dataclass
+class _Raising:
+    """A hand drawn up before the base drives: since when, and since when it stands."""
+
+    since_s: float
+    standing_since_s: float
+
+
 class HandWork:
     """Picks or drops with one hand, one thing at a time."""
 
@@ -83,6 +96,7 @@ class HandWork:
         """At rest, drawn up."""
         self._params = params
         self._work: Optional[_Work] = None
+        self._raising: Optional[_Raising] = None
         self.stage = HandStage.IDLE
 
     @property
@@ -108,7 +122,33 @@ class HandWork:
 
     def stop(self) -> HandCommand:
         """Give the work up: the hand is drawn up, with what it holds."""
-        self._work, self.stage = None, HandStage.IDLE
+        self._work, self._raising, self.stage = None, None, HandStage.IDLE
+        return HandCommand(lift_m=0.0)
+
+    def before_driving(self, reading: HandReading, now_s: float) -> Optional[HandCommand]:
+        """What must be done before the base drives on; None when it may, the hand being at its carrying height.
+
+        A hand that does not come up ends the goal; a piece that holds it down is let go, so that the next goal can be.
+
+        Args:
+            reading: of the hand now.
+            now_s: time, s.
+        """
+        if reading.lift_m <= CARRYING_M:
+            self._raising = None
+            return None
+        if self._raising is None:
+            self._raising = _Raising(now_s, now_s)
+        raising, params = self._raising, self._params
+        if abs(reading.speed_mps) > STALLED_MPS:
+            raising.standing_since_s = now_s
+        where = f"the base does not drive with its hand {reading.lift_m:.3f} m down, {CARRYING_M:g} m allowed"
+        if reading.grasping and now_s - raising.standing_since_s > UP_STALLS * params.hand_stall_s:
+            self._raising = None
+            return HandCommand(0.0, False, Outcome.ABORTED, f"{where}: {_too_heavy(reading)}")
+        if now_s - raising.since_s > params.hand_limit_s:
+            self._raising = None
+            return HandCommand(0.0, None, Outcome.ABORTED, f"{where}: not drawn up within {params.hand_limit_s:g} s")
         return HandCommand(lift_m=0.0)
 
     def step(self, reading: HandReading, now_s: float) -> HandCommand:
@@ -138,11 +178,12 @@ class HandWork:
         there = reading.lift_m >= self._depth_m - REACHED_M
         stalled = now_s - work.standing_since_s > self._params.hand_stall_s
         if work.action is MobileAction.PICK:
-            return self._reaching(reading, there, stalled)
+            return self._reaching(work, reading, now_s, there, stalled)
         return self._dropping(work, reading, there, stalled)
 
-    def _reaching(self, reading: HandReading, there: bool, stalled: bool) -> HandCommand:
+    def _reaching(self, work: _Work, reading: HandReading, now_s: float, there: bool, stalled: bool) -> HandCommand:
         if reading.grasping:
+            work.standing_since_s = now_s
             return self._draw_up()
         if there:
             return self._draw_up(f"nothing met down to {reading.lift_m:.3f} m, where the lift ends")
@@ -164,10 +205,11 @@ class HandWork:
         return HandCommand() if reading.grasping else self._draw_up()
 
     def _up(self, work: _Work, reading: HandReading, now_s: float) -> HandCommand:
-        del now_s
         picked = work.action is MobileAction.PICK and not work.failure
         if picked and not reading.grasping:
             return self._draw_up(f"the piece was lost on the way up, {reading.lift_m:.3f} m down")
+        if picked and now_s - work.standing_since_s > UP_STALLS * self._params.hand_stall_s:
+            return self._draw_up(_too_heavy(reading))
         if reading.lift_m > REACHED_M:
             return HandCommand()
         if work.failure:
@@ -184,3 +226,10 @@ class HandWork:
     def _end(self, outcome: Outcome, reason: str) -> HandCommand:
         self._work, self.stage = None, HandStage.IDLE
         return HandCommand(lift_m=0.0, outcome=outcome, reason=reason)
+
+
+def _too_heavy(reading: HandReading) -> str:
+    return (
+        f"what hangs on the cup holds it {reading.lift_m:.3f} m down and is let go: "
+        f"the lift raises {HAND_LIFTS_KG:g} kg at most"
+    )

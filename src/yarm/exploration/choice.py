@@ -10,7 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from yarm.exploration.frontiers import beside
-from yarm.exploration.views import Views, ViewSettings, sweeps
+from yarm.exploration.views import Look, Views, ViewSettings, sweeps
 from yarm.geometry import BoolArray, FloatArray, IntArray, Pose2
 from yarm.navigation.planner import Cell, Field
 
@@ -125,22 +125,34 @@ class Choice:
         shown = np.where(best > 0.0, seen[places, turns], 0.0)
         count = self._settings.weighed
         kept = sorted({*np.argsort(-best, kind="stable")[:count], *np.argsort(-shown, kind="stable")[:count]})
-        views = [
-            self._view(cells[i], float(heading[i]), float(self._turns[turns[i]]), shown[i], times[i, turns[i]])
-            for i in kept
-            if best[i] > 0.0
-        ]
+        kept = [i for i in kept if best[i] > 0.0]
+        views = self._views(cells[kept], heading[kept], self._turns[turns[kept]], shown[kept], times[kept, turns[kept]])
         return max(views, key=lambda view: view.rate)
 
-    def _view(self, cell: IntArray, heading: float, turn: float, shown: float, time_s: float) -> View:
-        """A view with all that is seen on the way to it."""
-        at = (int(cell[0]), int(cell[1]))
-        x, y = self._field.grid_map.centre_of(*at)
-        looks = [(at, heading, turn)]
-        places, headings = self._field.places_on_way(at, self._settings.every_m)
-        looks += [((int(row), int(column)), float(yaw), 0.0) for (row, column), yaw in zip(places, headings)]
-        cells = self.views.together(looks)
-        return View(x, y, heading, heading + turn, float(shown), float(time_s), cells / float(time_s))
+    def _views(
+        self, cells: IntArray, headings: FloatArray, turns: FloatArray, shown: FloatArray, times: FloatArray
+    ) -> List[View]:
+        """Views from cells (n, 2), each with all that is seen on the way to it.
+
+        Args:
+            cells: (n, 2) places.
+            headings: (n,) at arrival, radians.
+            turns: (n,) after it, radians.
+            shown: (n,) cells that are seen by the turn.
+            times: (n,) seconds until it is over.
+        """
+        tours: List[List[Look]] = []
+        for cell, heading, turn in zip(cells, headings, turns):
+            at = (int(cell[0]), int(cell[1]))
+            places, ahead = self._field.places_on_way(at, self._settings.every_m)
+            under_way = [((int(row), int(column)), float(yaw), 0.0) for (row, column), yaw in zip(places, ahead)]
+            tours.append([(at, float(heading), float(turn)), *under_way])
+        views = []
+        for i, seen in enumerate(self.views.together(tours)):
+            x, y = self._field.grid_map.centre_of(*tours[i][0][0])
+            heading, time_s = float(headings[i]), float(times[i])
+            views.append(View(x, y, heading, heading + float(turns[i]), float(shown[i]), time_s, float(seen) / time_s))
+        return views
 
     def again(self, view: View) -> Optional[View]:
         """A view that was chosen before, as it is worth now; None when the robot can no longer get there."""
@@ -151,7 +163,9 @@ class Choice:
         heading = float(headings[0])
         turn = math.remainder(view.yaw_rad - heading, 2.0 * math.pi)
         time_s = float(times[0]) + abs(turn) / self._settings.turn_radps
-        return self._view(np.array(cell), heading, turn, self._shown(cell, heading, turn), time_s)
+        shown = self._shown(cell, heading, turn)
+        one = [np.array([value]) for value in (heading, turn, shown, time_s)]
+        return self._views(np.array([cell]), *one)[0]
 
     def left(self, view: View) -> float:
         """How many cells a view would still show from its place; 0 where the disc touches something.

@@ -40,6 +40,8 @@ LOOK_PASSES = 3
 FLOOR_SEEN_M = (0.85, 2.5)
 """Floor is seen from no nearer and no farther: nearer the robot's own plate hides the lowest obstacles."""
 SAME_PLACE_M = 0.01
+UNMOVED_M = 0.002
+"""A robot that turns in place is off by no more between two passes."""
 SOON_PASSED: FloatArray = _strip_ahead(0.10, 0.27, DISC_M)
 """(n, 2) points of the floor that the robot is about to pass before it can be slow, base frame, metres."""
 SOON_SWEPT: FloatArray = _strip_ahead(0.0, 0.27, DISC_M, 0.5 * EDGE_M)
@@ -163,7 +165,7 @@ class Driver:
         self.map: Optional[GridMap] = None
         self._ground: Optional[Ground] = None
         self._field: Optional[Field] = None
-        self._field_from = Pose2(0.0, 0.0)
+        self._early: Optional[Field] = None
         self._passes = 0
         self._version = -1
         self._goal: Optional[Cell] = None
@@ -200,7 +202,7 @@ class Driver:
             self._feel(observation, pose)
         if observation.map_count != self._version:
             self._version, self.map = observation.map_count, observation.map
-            self._ground = self._field = None
+            self._ground = self._field = self._early = None
         if observation.jumped:
             self.stop()
         return self.map
@@ -211,15 +213,32 @@ class Driver:
         Raises:
             RuntimeError: there is no map yet.
         """
+        if self._field is None or self._field.start.distance(pose) > within_m:
+            self._field = self._field_at(pose)
+        return self._field
+
+    def search_early(self, pose: Pose2, within_m: float) -> None:
+        """Search for what ``field`` will give from here, so that it need not be waited for then.
+
+        Raises:
+            RuntimeError: there is no map yet.
+        """
+        field = self.field(pose)
+        if field.start.distance(pose) > within_m:
+            field = self._early = self._field_at(pose)
+        field.search()
+
+    def _field_at(self, pose: Pose2) -> Field:
         if self.map is None:
             raise RuntimeError("ways were asked for before there was a map")
-        if self._field is None or self._field_from.distance(pose) > within_m:
-            if self._ground is None:
-                unknown = self._settings.unknown_passable
-                more = self._suspicion.weights(self.map, DISC_M)
-                self._ground = Ground(self.map, PlanSettings(radius_m=DISC_M, unknown_passable=unknown), more)
-            self._field, self._field_from = Field(self.map, pose, ground=self._ground), pose
-        return self._field
+        for known in (self._early, self._field):
+            if known is not None and known.start.distance(pose) <= UNMOVED_M:
+                return known
+        if self._ground is None:
+            unknown = self._settings.unknown_passable
+            more = self._suspicion.weights(self.map, DISC_M)
+            self._ground = Ground(self.map, PlanSettings(radius_m=DISC_M, unknown_passable=unknown), more)
+        return Field(self.map, pose, ground=self._ground)
 
     def go(self, field: Field, cell: Cell, yaw_rad: Optional[float]) -> str:
         """Drive to a cell and turn to a heading there; gives why not, or an empty text."""

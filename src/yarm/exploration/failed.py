@@ -26,9 +26,8 @@ class FailedViews:
     def __init__(self, near_change_m: float) -> None:
         self._near_change_m = near_change_m
         self._squares = Squares(EDGE_M)
-        shape = (self._squares.count, self._squares.count)
-        self._times: IntArray = np.zeros(shape, np.int64)
-        self._out: BoolArray = np.zeros(shape, bool)
+        self._times: IntArray = np.zeros(self._squares.count**2, np.int64)
+        self._out: BoolArray = np.zeros(self._squares.count**2, bool)
         self._last: Optional[GridMap] = None
 
     def add(self, grid_map: GridMap, cells: IntArray) -> None:
@@ -47,7 +46,7 @@ class FailedViews:
 
     def over(self, grid_map: GridMap) -> BoolArray:
         """(rows, columns) which cells of a map are left for last."""
-        found: BoolArray = self._out[self._squares.of_map(grid_map)]
+        found: BoolArray = self._out.take(self._squares.of_map(grid_map))
         return found
 
     def map_changed(self, grid_map: GridMap) -> None:

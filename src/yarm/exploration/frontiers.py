@@ -52,10 +52,9 @@ def frontiers_of(grid_map: GridMap, cells: BoolArray) -> List[Frontier]:
     places = np.argwhere(labels > 0)
     owner = labels[places[:, 0], places[:, 1]]
     order = np.argsort(owner, kind="stable")
-    groups = np.split(places[order], np.cumsum(np.bincount(owner)[1:])[:-1])
-    return [_frontier(grid_map, group) for group in groups]
-
-
-def _frontier(grid_map: GridMap, cells: IntArray) -> Frontier:
-    middle: FloatArray = grid_map.centres_of(cells).mean(axis=0)
-    return Frontier(cells, float(middle[0]), float(middle[1]))
+    sizes = np.bincount(owner)[1:]
+    ends = np.cumsum(sizes)
+    centres: FloatArray = grid_map.centres_of(places)
+    x, y = (np.bincount(owner, centres[:, axis])[1:] / sizes for axis in (0, 1))
+    groups = np.split(places[order], ends[:-1])
+    return [Frontier(*frontier) for frontier in zip(groups, x.tolist(), y.tolist())]

@@ -42,6 +42,7 @@ class State(str, Enum):
 
 MOVING = (State.EXPLORING, State.RETURNING)
 RUNNING = (*MOVING, State.PAUSED)
+ENDED = (State.DONE, State.FAILED)
 
 
 class Request(str, Enum):
@@ -157,6 +158,10 @@ class Session:
         if self._state in RUNNING or self._over:
             return Lease(self._now_s, self._started_s, self._deadline_s, self._state in MOVING)
         return Lease(self._now_s, self._now_s, self._now_s + self._params.time_limit_s, False)
+
+    def last_order(self, now_s: float) -> Optional[SaveOrder]:
+        """The newest map, for a node that ends; none after the run's end, when its map has been saved."""
+        return None if self._state in ENDED else self.keeper.order(now_s, "the node ends")
 
     def step(self, seen: Observation) -> SessionStep:
         """One pass of the loop.

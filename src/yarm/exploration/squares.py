@@ -12,9 +12,6 @@ from yarm.navigation.grid_map import GridMap
 HALF_M = 25.0
 """Ground up to this far from the map frame's origin is remembered; what lies beyond falls on the outermost squares."""
 
-Index = Tuple[IntArray, IntArray]
-"""Rows and columns of an array of squares."""
-
 
 class Squares:
     """Where points and the cells of maps fall.
@@ -27,21 +24,21 @@ class Squares:
         self.edge_m = edge_m
         self.count = round(2.0 * HALF_M / edge_m)
         self._of: Optional[Tuple[Tuple[int, ...], float, Pose2]] = None
-        self._cells: Index = (np.zeros((0, 0), np.int64), np.zeros((0, 0), np.int64))
+        self._cells: IntArray = np.zeros((0, 0), np.int64)
 
-    def of_points(self, points: FloatArray) -> Index:
-        """Index (n,) of points (n, 2) of the map frame, metres."""
+    def of_points(self, points: FloatArray) -> IntArray:
+        """(n,) flat numbers of the squares of points (n, 2) of the map frame, metres; rows run along y."""
         at = np.clip(np.floor((points + HALF_M) / self.edge_m), 0, self.count - 1).astype(np.int64)
-        return at[:, 1], at[:, 0]
+        flat: IntArray = at[:, 1] * self.count + at[:, 0]
+        return flat
 
-    def of_map(self, grid_map: GridMap) -> Index:
-        """Index (rows, columns) of the centres of a map's cells; kept while maps have the same cells."""
+    def of_map(self, grid_map: GridMap) -> IntArray:
+        """(rows, columns) flat numbers of the squares of a map's cells; kept while maps have the same cells."""
         key = (grid_map.cells.shape, grid_map.resolution_m, grid_map.origin)
         if key != self._of:
             cells = np.argwhere(np.ones(grid_map.cells.shape, bool))
-            rows, columns = self.of_points(grid_map.centres_of(cells))
             self._of = key
-            self._cells = (rows.reshape(grid_map.cells.shape), columns.reshape(grid_map.cells.shape))
+            self._cells = self.of_points(grid_map.centres_of(cells)).reshape(grid_map.cells.shape)
         return self._cells
 
     def centres(self, first: int, last: int) -> FloatArray:
@@ -49,8 +46,8 @@ class Squares:
         centres: FloatArray = (np.arange(first, last) + 0.5) * self.edge_m - HALF_M
         return centres
 
-    def span(self, at_m: float, reach_m: float) -> slice:
-        """Squares along one axis within a reach of a coordinate, metres."""
-        first = int((at_m - reach_m + HALF_M) / self.edge_m)
-        last = int((at_m + reach_m + HALF_M) / self.edge_m) + 1
+    def span(self, low_m: float, high_m: float) -> slice:
+        """Squares along one axis from a coordinate to another, metres, those included where these lie."""
+        first = int((low_m + HALF_M) / self.edge_m)
+        last = int((high_m + HALF_M) / self.edge_m) + 1
         return slice(min(max(first, 0), self.count), min(max(last, 0), self.count))

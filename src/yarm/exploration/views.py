@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Sequence, Tuple
+from typing import Iterator, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +51,7 @@ class ViewSettings:
 RayArray = npt.NDArray[np.float32]
 Look = Tuple[Tuple[int, int], float, float]
 """A cell to look from, the heading before and the turn after it, radians, + = left."""
+Steps = Union[slice, IntArray]
 FINE = 180
 """Rays all round when cells are counted one by one."""
 BLOCK = 8
@@ -84,7 +85,6 @@ class Views:
         through = round(settings.through_m / resolution)
         self._ends = self._fade(through - 0.5)
         self._ends_shown = self._fade(through + BLOCK + 0.5)
-        self._offsets = _fan(grid_map.origin.yaw_rad, settings.directions, self._steps, self._width)
         radii = np.arange(1, self._steps + 1, dtype=float)
         area = radii * (2.0 * np.pi / settings.directions)
         area[radii * resolution < settings.near_m] = 0.0
@@ -93,25 +93,13 @@ class Views:
     def gains(self, cells: IntArray) -> FloatArray:
         """(n, directions) worth of what a ray from each of cells (n, 2) would see, direction 0 along x."""
         count, rays = len(cells), self._settings.directions
-        base = (cells[:, 0] + self._pad) * self._width + cells[:, 1] + self._pad
-        by_step = np.ascontiguousarray(self._offsets.T)
-        start = np.repeat(base, rays)
-        ray = np.tile(np.arange(rays), count)
+        start = np.repeat(self._flat(cells[:, 0], cells[:, 1]), rays)
         total = np.zeros(count * rays, np.float32)
-        left = np.ones(count * rays, np.float32)
-        alive = np.arange(count * rays)
-        for first in range(0, self._steps, BLOCK):
-            # Steps run along the first axis here: a few long rows are gone through quickly, many short ones are not.
-            at = start[alive] + by_step[first : first + BLOCK, ray[alive]]
-            share = self._passed.take(at)
-            share[0] *= left[alive]
-            np.multiply.accumulate(share, axis=0, out=share)
-            left[alive] = share[-1]
-            share *= self._worth.take(at)
-            total[alive] += self._area[first : first + BLOCK] @ share
-            alive = alive[left[alive] > self._ends]
-            if len(alive) == 0:
-                break
+        for first, alive, at, left in self._walk(start, np.tile(np.arange(rays), count), rays):
+            area = self._area[first : first + BLOCK]
+            if area.any():  # what is too near to be seen only ends rays
+                np.multiply(left, self._worth.take(at), out=left)
+                total[alive] += area @ left
         gains: FloatArray = total.reshape(count, rays).astype(float)
         return gains
 
@@ -123,29 +111,85 @@ class Views:
         apart = np.abs(np.remainder(angles - middle + np.pi, 2.0 * np.pi) - np.pi)
         rays = apart <= 0.5 * (abs(turn_rad) + settings.fov_rad)
         base = (cell[0] + self._pad) * self._width + cell[1] + self._pad
-        at = base + self._offsets[rays]
+        at = base + _fan(self._map.origin.yaw_rad, settings.directions, self._steps, self._width)[rays]
         flat = np.unique(at[(self._left(at) > self._ends_shown) & (self._worth.take(at) > 0.0)])
         shown: IntArray = np.stack([flat // self._width - self._pad, flat % self._width - self._pad], axis=1)
         return shown
 
-    def together(self, looks: Sequence[Look]) -> float:
-        """Worth of what several looks show, every cell that a ray hits counted once, at its best."""
-        fine = _fan(self._map.origin.yaw_rad, FINE, self._steps, self._width)
-        angles = 2.0 * np.pi * np.arange(FINE) / FINE
-        rays = []
-        for (row, column), heading_rad, turn_rad in looks:
-            apart = np.abs(np.remainder(angles - heading_rad - 0.5 * turn_rad + np.pi, 2.0 * np.pi) - np.pi)
-            chosen = apart <= 0.5 * (abs(turn_rad) + self._settings.fov_rad)
-            rays.append((row + self._pad) * self._width + column + self._pad + fine[chosen])
-        at = np.concatenate(rays)
-        left, worth = self._left(at), self._worth.take(at)
-        counts = (left > self._ends) & (worth > 0.0)
-        counts[:, : int(self._settings.near_m / self._map.resolution_m)] = False
-        cells, worth = at[counts], left[counts] * worth[counts]
-        order = np.argsort(worth, kind="stable")
+    def together(self, tours: Sequence[Sequence[Look]]) -> FloatArray:
+        """(n,) worth of what the looks of each tour show, every cell that a ray hits counted once, at its best."""
+        looks = list(dict.fromkeys(look for tour in tours for look in tour))
+        number = {look: i for i, look in enumerate(looks)}
+        cells, worth, ends = self._seen_by(looks)
+        sums = np.zeros(len(tours))
         best = np.zeros(len(self._worth), np.float32)
-        best[cells[order]] = worth[order]
-        return float(best.sum())
+        inside = slice(self._pad, -self._pad)
+        known = best.reshape(-1, self._width)[inside, inside]
+        for i, tour in enumerate(tours):
+            parts = [slice(ends[number[look]], ends[number[look] + 1]) for look in tour]
+            at = np.concatenate([cells[part] for part in parts])
+            _raise(best, at, np.concatenate([worth[part] for part in parts]))
+            sums[i] = known.sum(dtype=float)
+            best[at] = 0.0
+        return sums
+
+    def _seen_by(self, looks: Sequence[Look]) -> Tuple[IntArray, RayArray, IntArray]:
+        """Flat numbers (m,) of the cells that looks show, their worth (m,), and (n + 1,) where each look's begin."""
+        angles = 2.0 * np.pi * np.arange(FINE) / FINE
+        places = np.array([place for place, _, _ in looks])
+        heading = np.array([look[1] for look in looks])[:, None]
+        turn = np.array([look[2] for look in looks])[:, None]
+        apart = np.abs(np.remainder(angles - heading - 0.5 * turn + np.pi, 2.0 * np.pi) - np.pi)
+        of, ray = np.nonzero(apart <= 0.5 * (np.abs(turn) + self._settings.fov_rad))
+        start = self._flat(places[:, 0], places[:, 1])[of]
+        near = int(self._settings.near_m / self._map.resolution_m)
+        found = [(np.zeros(0, np.int64), np.zeros(0, np.float32), np.zeros(0, np.int64))]
+        for first, alive, at, left in self._walk(start, ray, FINE):
+            if first + BLOCK <= near:
+                continue
+            worth = self._worth.take(at)
+            counts = (left > self._ends) & (worth > 0.0)
+            counts[: max(near - first, 0)] = False
+            owner = np.broadcast_to(of[alive], at.shape)
+            found.append((at[counts], left[counts] * worth[counts], owner[counts]))
+        cells, shown, owners = (np.concatenate(parts) for parts in zip(*found))
+        order = np.argsort(owners.astype(np.int16), kind="stable")
+        ends = np.concatenate([[0], np.cumsum(np.bincount(owners, minlength=len(looks)))])
+        return cells[order], shown[order], ends
+
+    def _walk(self, start: IntArray, ray: IntArray, rays: int) -> Iterator[Tuple[int, Steps, IntArray, RayArray]]:
+        """Go along rays until they end, some steps at a time.
+
+        Args:
+            start: (n,) flat numbers of the cells where they begin.
+            ray: (n,) their directions, of so many all round.
+            rays: directions all round.
+
+        Yields:
+            The first of these steps, which rays are alive, the flat numbers of the cells there and what is left of the
+            rays behind them, (steps, rays alive).
+        """
+        # Steps run along the first axis here: a few long rows are gone through quickly, many short ones are not.
+        by_step = _fan_by_step(self._map.origin.yaw_rad, rays, self._steps, self._width)
+        left = np.ones(len(start), np.float32)
+        alive: Steps = slice(None)
+        for first in range(0, self._steps, BLOCK):
+            at = by_step[first : first + BLOCK].take(ray, axis=1)
+            at += start
+            share = self._passed.take(at)
+            share[0] *= left
+            np.multiply.accumulate(share, axis=0, out=share)
+            left = share[-1].copy()
+            yield first, alive, at, share
+            kept = np.flatnonzero(left > self._ends)
+            if len(kept) == 0:
+                break
+            start, ray, left = start[kept], ray[kept], left[kept]
+            alive = kept if isinstance(alive, slice) else alive[kept]
+
+    def _flat(self, rows: IntArray, columns: IntArray) -> IntArray:
+        flat: IntArray = (rows + self._pad) * self._width + columns + self._pad
+        return flat
 
     def _fade(self, cells: float) -> float:
         """What is left of a ray behind so many cells of unknown ground, as a share."""
@@ -167,6 +211,24 @@ def _fan(yaw_rad: float, directions: int, steps: int, width: int) -> IntArray:
     offsets: IntArray = rows * width + columns
     offsets.setflags(write=False)
     return offsets
+
+
+@lru_cache(maxsize=8)
+def _fan_by_step(yaw_rad: float, directions: int, steps: int, width: int) -> IntArray:
+    """The same, (steps, directions)."""
+    by_step: IntArray = np.ascontiguousarray(_fan(yaw_rad, directions, steps, width).T)
+    by_step.setflags(write=False)
+    return by_step
+
+
+def _raise(best: RayArray, at: IntArray, values: RayArray) -> None:
+    """Let no value of an array be less than any that is given (n,) for its place (n,); places come more than once."""
+    while True:
+        more = values > best[at]
+        if not more.any():
+            return
+        at, values = at[more], values[more]
+        best[at] = values  # of several for a place any one may stay: the greater ones come again
 
 
 def _framed(values: FloatArray, margin: int) -> RayArray:

@@ -89,6 +89,7 @@ class YarmController:
         self._known_m2 = 0.0
         self._enclosed_since: Optional[float] = None
         self._frontiers: Tuple[FrontierView, ...] = ()
+        self._shown_from: Optional[int] = None
         self._end: Optional[Step] = None
 
     def step(self, observation: Observation) -> Step:
@@ -114,8 +115,10 @@ class YarmController:
                 events += driven.events
                 if driven.state in (Drives.ARRIVED, Drives.FAILED):
                     events += self._end_of_goal(driven, observation.now_s, pose)
+        elif self._shown_from is not None:  # pictures can wait for a pass that decides nothing
+            self._frontiers, self._shown_from = self._open(grid_map, self._shown_from), None
         elif driven.state is Drives.DRIVING and driven.command.v_mps == 0.0 and not self._map_is_new:
-            self._driver.field(pose).search()  # while it turns there is time for what the next choice wants
+            self._driver.search_early(pose, BESIDE_M)  # while it turns there is time for the next choice's ways
         return Step(driven.command, self._behaviour(driven), tuple(events), intent=self._intent())
 
     def _note(self, observation: Observation, grid_map: GridMap, pose: Pose2) -> None:
@@ -186,7 +189,7 @@ class YarmController:
         view = self._best(choice)
         if view is None and not self._search:
             return self._nothing_left(field, now_s)
-        self._frontiers = self._open(field.grid_map, 1 if view is None else int(self._settings.choice.least_cells))
+        self._shown_from = 1 if view is None else int(self._settings.choice.least_cells)
         if view is None:
             return []
         if self._goal is not None:

@@ -1,6 +1,6 @@
 """Grid, poses, masks and column images; NumPy only."""
 
-from yarm.geometry.cell_map import CarriedPiece, CellMap, MappedObject, SeenPiece
+from yarm.geometry.cell_map import CarriedPiece, CellMap, CellState, MappedObject, SeenPiece, Visibility
 from yarm.geometry.columns import (
     ColumnImage,
     cells_from_columns,
@@ -28,6 +28,7 @@ __all__ = [
     "BoolArray",
     "CarriedPiece",
     "CellMap",
+    "CellState",
     "ColumnImage",
     "FloatArray",
     "GridError",
@@ -37,6 +38,7 @@ __all__ = [
     "Mask",
     "Pose2",
     "SeenPiece",
+    "Visibility",
     "cells_from_columns",
     "columns_from_cells",
     "columns_from_grid",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Mapping, Optional, Tuple
 
 import numpy as np
@@ -21,6 +22,7 @@ class SeenPiece:
         axis_rad: direction of its longer side, rad, world; half a turn means the same.
         length_m: extent along that side, metres.
         width_m: extent across it, metres.
+        cameras: the cameras that see points of it, numbered from 1.
     """
 
     points: int
@@ -28,6 +30,7 @@ class SeenPiece:
     axis_rad: float
     length_m: float
     width_m: float
+    cameras: Tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,46 @@ class MappedObject:
     carried: Optional[CarriedPiece] = None
 
 
+class CellState(IntEnum):
+    """What is known of a cell. Values as in MapMetaData.visibility."""
+
+    NEVER_SEEN = 0
+    HIDDEN = 1
+    FREE = 2
+    """A camera sees through it."""
+    OCCUPIED = 3
+    """A camera sees something in it."""
+
+
+OTHER_HIDERS = 1 << 30
+"""Bit of ``Visibility.hidden_by`` for the objects from the 31st on."""
+NO_HIDER = 1 << 31
+"""Bit for a camera that would see the cell, but has no view or no reading, or whose hider is not on the map."""
+
+
+@dataclass(frozen=True, eq=False)
+class Visibility:
+    """What the cameras see of the cells.
+
+    Attributes:
+        states: (gx, gy, gz) int8, see ``CellState``.
+        hidden_by: (n,) uint32, for each cell that is hidden or never seen, in the grid's order: bit k stands for the
+            map's k-th object, which may hide it; see OTHER_HIDERS and NO_HIDER. 0: no camera would see it, were nothing
+            in the cell.
+        age_s: (gx, gy, gz) since a camera last saw each cell, s, +inf for never; None when this map does not tell.
+    """
+
+    states: npt.NDArray[np.int8]
+    hidden_by: npt.NDArray[np.uint32]
+    age_s: Optional[npt.NDArray[np.float32]] = None
+
+    @property
+    def unseen(self) -> npt.NDArray[np.bool_]:
+        """(gx, gy, gz) cells that no camera sees now."""
+        unseen: npt.NDArray[np.bool_] = self.states < CellState.FREE
+        return unseen
+
+
 @dataclass(frozen=True, eq=False)
 class CellMap:
     """Occupancy at one capture time.
@@ -78,10 +121,12 @@ class CellMap:
         stamp_s: capture time, s.
         spec: the grid.
         grid: (gx, gy, gz) int8: 0 nobody, 1 one object, 2 more than one.
-        objects: by name.
+        objects: by name, in the order of the message.
+        visibility: what the cameras see of the cells; None when perception does not judge it.
     """
 
     stamp_s: float
     spec: GridSpec
     grid: npt.NDArray[np.int8]
     objects: Mapping[str, MappedObject] = field(default_factory=dict)
+    visibility: Optional[Visibility] = None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import List, Sequence
 
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.pinhole import BoxSize, footprint
+from yarm.navigation.grid_map import GridMap
 
 
 @dataclass(frozen=True)
@@ -50,3 +52,14 @@ def overlap(a: Box, b: Box) -> float:
         along_a, along_b = first @ axis, second @ axis
         least = min(least, float(min(along_a.max(), along_b.max()) - max(along_a.min(), along_b.min())))
     return max(least, 0.0)
+
+
+def outside(boxes: Sequence[Box], grid: GridMap) -> List[Box]:
+    """The boxes whose centres do not lie in a map."""
+    return [box for box in boxes if not grid.inside(*grid.cell_of(box.pose.x, box.pose.y))]
+
+
+def extent_of(grid: GridMap) -> str:
+    """How large a map is and where it begins, in words."""
+    height_m, width_m = (cells * grid.resolution_m for cells in grid.cells.shape)
+    return f"{width_m:g} x {height_m:g} m from ({grid.origin.x:g}, {grid.origin.y:g}) on"

@@ -47,7 +47,7 @@ class Senses:
         camera: what is wrong with the camera; empty when it is well.
         goal: how the last goal stands.
         navigation: what is wrong with its server; empty when it lives.
-        has_map: the map is known.
+        map_fault: what is wrong with the map, or with the boxes in it; empty when nothing is.
     """
 
     now_s: float
@@ -61,7 +61,7 @@ class Senses:
     camera: str = ""
     goal: Tuple[Outcome, str] = (Outcome.BUSY, "")
     navigation: str = ""
-    has_map: bool = True
+    map_fault: str = ""
 
     @property
     def pose(self) -> Optional[Pose2]:
@@ -126,7 +126,7 @@ class SensesWatch:
             ),
             ("navigation", self._unless_young(seen, seen.navigation), "start move_base"),
             ("camera", self._unless_young(seen, seen.camera), "look at the camera and its driver"),
-            ("map", self._unless_young(seen, "" if seen.has_map else "none has come"), "start map_server"),
+            ("map", self._unless_young(seen, seen.map_fault), "look at map_server and the boxes' file"),
         ]
         if seen.localised:
             place_s = None if seen.map_from_odom is None else seen.place_s

@@ -208,7 +208,7 @@ class InspectionSession:
             for name, there in (
                 ("scan", seen.scan is not None),
                 ("odometry", seen.odometry is not None),
-                ("map", seen.has_map),
+                ("map", not seen.map_fault),
                 ("camera", not seen.camera),
                 ("navigation", not seen.navigation),
             )

@@ -22,6 +22,7 @@ class Field:
 
     Attributes:
         grid_map: the map.
+        start: pose from which ways lead.
         passable: (rows, columns) where the disc's centre may be.
         room_m: (rows, columns) clearance of every cell, metres.
         reason: why nothing can be reached; empty when the start is good.
@@ -41,7 +42,8 @@ class Field:
         ground = ground or Ground(grid_map, settings)
         self.grid_map = grid_map
         self.reason = ""
-        self._ground, self._settings, self._start = ground, ground.settings, start
+        self.start = start
+        self._ground, self._settings = ground, ground.settings
         self._standable = ground.standable_from(start)
         self.passable: BoolArray = self._standable & ~ground.touching
         self.room_m = ground.room_m
@@ -75,7 +77,7 @@ class Field:
         nodes, columns = graph.nodes, self._cost.shape[1]
         first = int(np.searchsorted(nodes, self._root[0] * columns + self._root[1]))
         cost, before = dijkstra(graph.costs, indices=first, return_predecessors=True)
-        lead = float(np.hypot(*(np.array(self.grid_map.centre_of(*self._root)) - (self._start.x, self._start.y))))
+        lead = float(np.hypot(*(np.array(self.grid_map.centre_of(*self._root)) - (self.start.x, self.start.y))))
         self._cost.ravel()[nodes] = cost + lead
         reached = before >= 0
         self._before.ravel()[nodes[reached]] = nodes[before[reached]]
@@ -91,7 +93,7 @@ class Field:
             return np.zeros((0, 2))
         cells = self._chain(cell)
         points = self.grid_map.centres_of(cells)
-        start = np.array([[self._start.x, self._start.y]])
+        start = np.array([[self.start.x, self.start.y]])
         return self._tight(np.concatenate([start, points]), cells)
 
     def places_on_way(self, cell: Cell, every_m: float) -> Tuple[IntArray, FloatArray]:
@@ -106,7 +108,7 @@ class Field:
     def first_bearings(self, cells: IntArray, reach_m: float = 0.3) -> FloatArray:
         """(n,) heading, map frame, in which the way to each of cells (n, 2) sets out; NaN for a cell at the start."""
         lead = self._centres(self._leads(reach_m)[self._flat(cells)])
-        apart = lead - (self._start.x, self._start.y)
+        apart = lead - (self.start.x, self.start.y)
         bearing: FloatArray = np.arctan2(apart[:, 1], apart[:, 0])
         bearing[np.hypot(apart[:, 0], apart[:, 1]) < self.grid_map.resolution_m] = np.nan
         return bearing
@@ -140,10 +142,10 @@ class Field:
         """(n, 2) cells from the one where the search began to a cell that it has reached."""
         flat = int(np.ravel_multi_index(cell, self.passable.shape))
         chain: List[int] = []
-        before = self._before.ravel()
+        before = self._before.ravel().data  # gives single numbers more quickly than an array
         while flat >= 0:
             chain.append(flat)
-            flat = int(before[flat])
+            flat = before[flat]
         cells: IntArray = np.stack(np.unravel_index(np.array(chain[::-1]), self.passable.shape), axis=1)
         return cells
 
@@ -178,14 +180,14 @@ class Field:
 
     def _find_root(self) -> Optional[Cell]:
         """The cell that the search begins at: the start's own, or the nearest from which the disc is clear."""
-        cell = self.grid_map.cell_of(self._start.x, self._start.y)
+        cell = self.grid_map.cell_of(self.start.x, self.start.y)
         if not self.grid_map.inside(*cell):
-            self.reason = f"the start ({self._start.x:.2f}, {self._start.y:.2f}) lies outside the map"
+            self.reason = f"the start ({self.start.x:.2f}, {self.start.y:.2f}) lies outside the map"
             return None
         if self.passable[cell]:
             return cell
-        cells = np.argwhere(self.passable & near(self.grid_map, self._start.x, self._start.y, self._settings.leave_m))
-        here = np.array([self._start.x, self._start.y])
+        cells = np.argwhere(self.passable & near(self.grid_map, self.start.x, self.start.y, self._settings.leave_m))
+        here = np.array([self.start.x, self.start.y])
         centres = self.grid_map.centres_of(cells)
         own = float(self._ground.room.distances(here[None, :])[0])
         for index in np.argsort(np.hypot(*(centres - here).T), kind="stable")[:60]:
@@ -193,7 +195,7 @@ class Field:
             if np.all(self._ground.room.distances(along) >= own - 1e-3):
                 return int(cells[index, 0]), int(cells[index, 1])
         self.reason = (
-            f"the start ({self._start.x:.2f}, {self._start.y:.2f}) is enclosed: no place within "
+            f"the start ({self.start.x:.2f}, {self.start.y:.2f}) is enclosed: no place within "
             f"{self._settings.leave_m:g} m where a disc of {self._settings.radius_m:g} m fits can be reached from it"
         )
         return None
@@ -242,7 +244,8 @@ class Field:
         return low
 
     def _shorter(self, points: FloatArray, cost: FloatArray, a: int, b: int) -> bool:
-        return self.sees(points[a], points[b]) and self._straight_cost(points[a], points[b]) <= cost[b] - cost[a] + 0.03
+        dear = self._straight_cost(points[a], points[b]) > cost[b] - cost[a] + 0.03  # said sooner than what is seen
+        return not dear and self.sees(points[a], points[b])
 
     def _straight_cost(self, a: FloatArray, b: FloatArray) -> float:
         length = float(np.hypot(*(b - a)))

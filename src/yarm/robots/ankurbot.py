@@ -43,8 +43,8 @@ EE_HEIGHT_M = 0.89
 """End effector over the floor, metres."""
 LIFT_JOINT = "lift_joint"
 """The lift of a hand in the robot's description and joint states, metres down."""
-HAND_CUP_M = 0.075
-"""The cup of a hand that is drawn up under the end effector, metres."""
+HAND_LIFTS_KG = 1.8
+"""The heaviest piece that a hand's lift raises (20 N, the cup too), kg; a heavier one holds it down."""
 HAND_STROKE_M = 0.20
 """How far a hand's lift goes down from drawn up, metres."""
 BODY_RADIUS_M = 0.35

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Dict, Type
 
 from yarm.commander.params import CommanderParams
+from yarm.console.params import ConsoleParams
 from yarm.control.mux import MuxParams
 from yarm.exploration.report.params import ReportParams
 from yarm.inspection.report_round import ReportRoundParams
@@ -25,6 +26,7 @@ from yarm.safety.params import SafetyParams
 NODE_PARAMS: Dict[str, Type[Any]] = {
     "cmd_vel_mux": MuxParams,
     "commander": CommanderParams,
+    "console": ConsoleParams,
     "explorer": ExplorerParams,
     "explorer_report": ReportParams,
     "hc10_state_machine": SanderNodeParams,

@@ -15,6 +15,11 @@ import numpy as np
 from yarm.geometry import FloatArray, GridSpec, IntArray, Pose2, wrap_angle
 from yarm.geometry.solids import Shape, Solid
 
+ARRIVED_M = 0.012
+"""So near to where it was sent a robot stands: a hand is brought to 1 cm, and its work there belongs to the goal."""
+PASSED_M = 0.1
+"""A pose that a robot goes by is behind it once the robot has been so near: it passes corners within 0.04 m."""
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -96,10 +101,21 @@ class Ahead:
     closing: bool
 
 
-def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresight) -> List[Passing]:
+def way_ahead(way: Sequence[Pose2], pose: Pose2) -> Tuple[Pose2, ...]:
+    """What is left of the poses a robot goes by, its target last, when those it has come near to are behind."""
+    passed = 0
+    while passed < len(way) - 1 and pose.distance(way[passed]) < PASSED_M:
+        passed += 1
+    return tuple(way[passed:])
+
+
+def coasting(
+    pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresight, via: Sequence[Pose2] = ()
+) -> List[Passing]:
     """Poses a robot still passes before it can stand, and the first stretch of the step it was sent on.
 
-    A robot on its way to a target brakes there by itself, so nothing beyond the target counts.
+    A robot on its way to a target brakes there by itself, so nothing beyond the target counts, nor beyond the farthest
+    of the poses that it goes by.
     """
     speed = motion.fastest_mps(sight.reach_m)
     time_s = sight.latency_s + speed / (2.0 * sight.deceleration_mps2) if speed > 1e-3 else 0.0
@@ -107,7 +123,7 @@ def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresi
     heading = math.atan2(motion.vy, motion.vx)
     if target is not None:
         left = wrap_angle(target.yaw_rad - pose.yaw_rad)
-        travel = min(travel, pose.distance(target) + 0.01)
+        travel = min(travel, max(pose.distance(end) for end in (*via, target)) + 0.01)
         if turn * left > 0.0:
             turn = math.copysign(min(abs(turn), abs(left)), turn)
     shares = [k / sight.samples for k in range(1, sight.samples + 1)]
@@ -123,7 +139,7 @@ def coasting(pose: Pose2, motion: Motion, target: Optional[Pose2], sight: Foresi
         )
         for share in (shares if time_s > 0.0 else [])
     ]
-    first = _first_stretch(pose, target, sight) if target is not None else []
+    first = _first_stretch(pose, via[0] if via else target, sight) if target is not None else []
     return passed + [Passing(each, stand_s) for each in first]
 
 
@@ -132,7 +148,7 @@ def _first_stretch(pose: Pose2, target: Pose2, sight: Foresight) -> List[Pose2]:
     if abs(left) > math.radians(2.0):
         return [Pose2(pose.x, pose.y, pose.yaw_rad + math.copysign(min(abs(left), sight.first_rad), left))]
     way = pose.distance(target)
-    if way < 1e-3:
+    if way < ARRIVED_M:
         return []
     share = min(1.0, sight.first_m / way)
     return [Pose2(pose.x + share * (target.x - pose.x), pose.y + share * (target.y - pose.y), pose.yaw_rad)]

@@ -27,6 +27,11 @@ class DeadMansSwitch:
         """
         self._ages_s = dict(ages_s)
         self._pulses: Dict[str, _Pulse] = {}
+        self._stopped = ""
+
+    def stop(self, reason: str) -> None:
+        """A person has stopped everything, for a reason, or with an empty one has released it again."""
+        self._stopped = reason
 
     def hear(self, watcher: str, stamp_s: float, now_s: float, refusal: str = "") -> bool:
         """Take in a heartbeat; the newest counts.
@@ -49,6 +54,8 @@ class DeadMansSwitch:
 
     def objection(self, now_s: float) -> str:
         """Why nothing may move now, whom that depends on and what to do; empty when it may."""
+        if self._stopped:
+            return f"stands: {self._stopped}"
         for watcher, limit_s in self._ages_s.items():
             pulse = self._pulses.get(watcher)
             if pulse is None:
@@ -60,7 +67,7 @@ class DeadMansSwitch:
         return ""
 
     def reset(self) -> None:
-        """Forget everything heard (time went backwards)."""
+        """Forget every heartbeat (time went backwards); a stop stays."""
         self._pulses.clear()
 
 

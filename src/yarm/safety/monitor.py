@@ -23,6 +23,7 @@ class Seen:
         target: where it was sent; None without a goal.
         goal_id: of the goal it pursues; empty without one.
         age_s: of the pose.
+        via: poses that it goes by on its way to the target and has not passed.
     """
 
     pose: Pose2
@@ -31,6 +32,7 @@ class Seen:
     target: Optional[Pose2] = None
     goal_id: str = ""
     age_s: float = 0.0
+    via: Tuple[Pose2, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ class Monitor:
         motion = self._measure(now_s, name, seen.pose)
         hold = self._holds.get(name)
         fresh = hold is None or seen.goal_id not in ("", hold.goal_id)
-        passed = coasting(seen.pose, motion, seen.target if fresh else None, self._sight)
+        passed = coasting(seen.pose, motion, seen.target if fresh else None, self._sight, seen.via)
         ahead = room_ahead(seen.points, seen.pose, seen.height_m, passed, bodies, self._params.stop_clearance_m)
         if hold is not None:
             moving = motion.fastest_mps(self._params.reach_m) > self._params.still_mps

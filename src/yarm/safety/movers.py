@@ -23,13 +23,14 @@ FASTEST_MPS = 2.0
 class Movers:
     """Follows the middle of each thing's cells from map to map. Not thread-safe; simulated seconds throughout."""
 
-    def __init__(self, slowest_mps: float) -> None:
+    def __init__(self, slowest_mps: float, window_s: float = WINDOW_S) -> None:
         """Nothing seen yet.
 
         Args:
             slowest_mps: what seems to move slower stands: noise at its edge moves its middle, too.
+            window_s: motion is measured over the maps of this time, s; at least four of them.
         """
-        self._slowest_mps = slowest_mps
+        self._slowest_mps, self._window_s = slowest_mps, window_s
         self._seen: Dict[str, Deque[Tuple[float, float, float, int]]] = {}
         self._stamp_s = -math.inf
 
@@ -50,7 +51,7 @@ class Movers:
             history = self._seen.setdefault(name, deque())
             x, y, _ = spec.centres(cells).mean(axis=0)
             history.append((stamp_s, float(x), float(y), len(cells)))
-            while stamp_s - history[0][0] > WINDOW_S:
+            while stamp_s - history[0][0] > self._window_s:
                 history.popleft()
 
     def velocity(self, name: str) -> Tuple[float, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import Dict, List, Mapping, Tuple
 
 import cv2
 import numpy as np
@@ -58,6 +58,8 @@ DESIGNS: Dict[int, Design] = {
 """The tags of the task by number."""
 LEAST_PX = (50, 40)
 """Least width and height of a tag's picture."""
+TWIN_PX, TWIN = (50, 40), 0.97
+"""Two pictures are one when, scaled down to this size, they correlate by more than this, whatever their contrast."""
 CONTRAST = 0.4
 """Share of the shapes' contrast that is left beside their mottles."""
 STRANGERS = 10
@@ -198,6 +200,18 @@ def read_picture(path: Path) -> GreyImage:
         raise PictureError(f"{path}: {width} x {height} px; expected at least {LEAST_PX[0]} x {LEAST_PX[1]}")
     grey: GreyImage = image
     return grey
+
+
+def twins(pictures: Mapping[int, GreyImage]) -> List[Tuple[int, int]]:
+    """Pairs of numbers, the smaller first, whose pictures are the same but for their size, light and contrast."""
+    numbers = sorted(pictures)
+    rows = np.array([size_at(TWIN_PX, pictures[number]).ravel() for number in numbers], dtype=float)
+    rows -= rows.mean(axis=1, keepdims=True)
+    rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-9)
+    alike = rows @ rows.T > TWIN
+    plain = ~rows.any(axis=1)
+    alike |= plain[:, None] & plain[None]
+    return [(numbers[i], numbers[j]) for i, j in np.argwhere(np.triu(alike, 1))]
 
 
 def shipped_pictures() -> Dict[int, GreyImage]:

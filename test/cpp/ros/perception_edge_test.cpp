@@ -157,7 +157,7 @@ TEST(Associated, comesBackAsItWas) {
   object.points = {{0.1F, 0.2F, 0.3F}};
   object.hidden = {{0.4F, 0.5F, 0.6F}, {0.7F, 0.8F, 0.9F}};
   object.attached_to = {"table"};
-  object.piece = pc::PieceView{12, {0.1, 0.2, 0.77}, 0.4, 0.15, 0.06};
+  object.piece = pc::PieceView{12, {0.1, 0.2, 0.77}, 0.4, 0.15, 0.06, 0b1010U};
   object.carried = pc::CarriedPiece{"ankurbot_1", Eigen::Isometry3d(Eigen::Translation3d(0.01, 0.02, -0.1))};
   set.objects = {object};
   pc::GridSpec grid;
@@ -186,6 +186,7 @@ TEST(Associated, comesBackAsItWas) {
   EXPECT_EQ(b.piece->axis_rad, 0.4);
   EXPECT_EQ(b.piece->length, 0.15);
   EXPECT_EQ(b.piece->width, 0.06);
+  EXPECT_EQ(b.piece->cameras, 0b1010U);
   ASSERT_TRUE(b.carried);
   EXPECT_EQ(b.carried->robot, "ankurbot_1");
   EXPECT_TRUE(b.carried->T_tip_piece.isApprox(object.carried->T_tip_piece, 1e-12));
@@ -209,7 +210,7 @@ TEST(Associated, whatIsNoPieceOfDebrisStaysSo) {
 
 TEST(Associated, aPieceWithAbsurdNumbersIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  pc::PieceView view{12, {0.1, 0.2, 0.77}, 0.4, 0.15, 0.06};
+  pc::PieceView view{12, {0.1, 0.2, 0.77}, 0.4, 0.15, 0.06, 1U};
   EXPECT_TRUE(yarm::readPiece(yarm::pieceMessage("debris_1", view)).ok());
   view.axis_rad = nan;
   EXPECT_FALSE(yarm::readPiece(yarm::pieceMessage("debris_1", view)).ok());
@@ -248,6 +249,48 @@ TEST(Associated, nonsenseIsRefusedAllAtOnce) {
   for (const char* part : {"the grid has 0 cells", "unknown kind 'Spoon'", "quaternion has length 0"}) {
     EXPECT_NE(reason.find(part), std::string::npos) << reason;
   }
+}
+
+pc::SeenCells seenCells() {
+  using State = pc::CellState;
+  return {{{1.0, 2.0, 3.0}, {-1.0, 0.0, 2.5}},
+          {State::kFree, State::kHidden, State::kOccupied, State::kNeverSeen},
+          {1, 2},
+          {2, 0}};
+}
+
+TEST(SeenCells, comeBackAsTheyWere) {
+  const pc::SeenCells seen = seenCells();
+  yarm::SeenCells message;
+  yarm::fillSeenCells(seen, message);
+  message.age_s.assign(4, 0.5F);
+  pc::SeenCells back;
+  const auto read = yarm::readSeenCells(message, 4, back);
+  ASSERT_TRUE(read.ok()) << read.reason;
+  EXPECT_EQ(back.cameras, seen.cameras);
+  EXPECT_EQ(back.states, seen.states);
+  EXPECT_EQ(back.behind, seen.behind);
+  EXPECT_EQ(back.unseen, seen.unseen);
+}
+
+TEST(SeenCells, everyLieIsNamed) {
+  const auto reason = [](auto spoil) {
+    yarm::SeenCells message;
+    yarm::fillSeenCells(seenCells(), message);
+    spoil(message);
+    pc::SeenCells back;
+    return yarm::readSeenCells(message, 4, back).reason;
+  };
+  const auto has = [](const std::string& text, const char* part) {
+    EXPECT_NE(text.find(part), std::string::npos) << "'" << text << "' lacks '" << part << "'";
+  };
+  has(reason([](yarm::SeenCells& m) { m.states[2] = 4; }), "states must be 0 to 3");
+  has(reason([](yarm::SeenCells& m) { m.states[2] = -1; }), "states must be 0 to 3");
+  has(reason([](yarm::SeenCells& m) { m.states.pop_back(); }), "3 states and 0 ages, the map has 4 cells");
+  has(reason([](yarm::SeenCells& m) { m.age_s.resize(3); }), "4 states and 3 ages, the map has 4 cells");
+  has(reason([](yarm::SeenCells& m) { m.behind.pop_back(); }), "1 and 2 entries for 2 cells that are not seen");
+  has(reason([](yarm::SeenCells& m) { m.unseen.resize(9); }), "2 and 9 entries for 2 cells that are not seen");
+  has(reason([](yarm::SeenCells& m) { m.cameras.resize(17); }), "17 cameras, at most 16");
 }
 
 TEST(Registry, solidsAreReadAndNonsenseIsNamed) {

@@ -108,6 +108,24 @@ TEST(MapperTest, TheSameInputGivesTheSameBytes) {
   }
 }
 
+TEST(MapperTest, AScanThatIsSaidTwiceChangesNoMap) {
+  const Arena arena(5);
+  std::vector<GridMap> maps;
+  for (const int times : {1, 2}) {
+    Tour run(arena, 5);
+    Mapper mapper((Params()));
+    for (int i = 0; i < 200; ++i) {
+      const Moment moment = run.next();
+      for (int j = 0; j < (i == 0 ? times : 1); ++j) {
+        EXPECT_EQ(mapper.addScan(moment.scan).status == ScanStatus::kDropped, j > 0);
+      }
+    }
+    EXPECT_TRUE(mapper.requestMap());
+    maps.push_back(*mapper.map());
+  }
+  EXPECT_TRUE(maps[0].cells == maps[1].cells);
+}
+
 TEST(MapperTest, ItsOwnThreadMapsAsWell) {
   Params params;
   params.sync = false;
@@ -204,6 +222,40 @@ TEST(MapperTest, WheelsThatSpinBendNeitherPlaceNorMap) {
   }
   mapper.requestMap();
   EXPECT_EQ(astray(by_time.map, *mapper.map()), 0);
+}
+
+// Whether an edge to a keyframe of an earlier visit says that the newest keyframe stands elsewhere.
+bool isAstray(const Mapper& mapper, double sigmas) {
+  const Keyframes& kept = mapper.keyframes();
+  const int newest = kept.size() - 1;
+  return std::any_of(mapper.edges().begin(), mapper.edges().end(), [&](const PoseEdge& edge) {
+    return edge.to == newest && !edge.is_odometry && Keyframes::isAnotherVisit(edge.from, newest) &&
+           squaredErrorOf(edge, kept.pose(edge.from), kept.pose(newest)) > sigmas * sigmas;
+  });
+}
+
+TEST(MapperTest, APlaceSeenBeforeThatContradictsIsBelievedAtOnce) {
+  const Arena arena(4);
+  RunOptions options;
+  options.slip = 4.0;
+  options.turn_rate = 1.8;
+  options.rate_hz = 20.0;
+  Tour run(arena, 4, options);
+  const Params params = turtlebotParams();
+  Mapper mapper(params);
+  int contradicted = 0;
+  bool must_optimise = false;
+  for (int i = 0; i < 3 * kScans; ++i) {
+    const int before = mapper.statistics().optimisations;
+    const bool is_keyframe = mapper.addScan(run.next().scan).status == ScanStatus::kKeyframe;
+    if (must_optimise) {
+      ASSERT_EQ(mapper.statistics().optimisations, before + 1) << "scan " << i;
+    }
+    must_optimise = is_keyframe && isAstray(mapper, params.graph.cauchy);
+    contradicted += must_optimise ? 1 : 0;
+  }
+  EXPECT_GT(contradicted, 0);
+  RecordProperty("contradicted", contradicted);
 }
 
 TEST(MapperTest, RefiningDoesNotHarm) {

@@ -114,6 +114,32 @@ TEST(SetAssembler, aPauseOfAllCamerasIsNobodysSilence) {
   EXPECT_EQ(present(*set), (std::vector<bool>{true, true, false}));
 }
 
+TEST(SetAssembler, aPauseAsLongAsTheTimeoutTakesNobodyOutOfTheNextSet) {
+  const std::int64_t timeout_ms = options(3).timeout_ns / kMs;
+  for (std::int64_t pause_ms = timeout_ms / 2; pause_ms <= timeout_ms; pause_ms += timeout_ms / 20) {
+    SetAssembler<int> sets(options(3));
+    for (std::size_t camera = 0; camera < 3; ++camera) {
+      sets.add(camera, 100 * kMs, 0, 1);
+    }
+    ASSERT_TRUE(sets.take(0));
+    sets.add(0, 200 * kMs, pause_ms * kMs, 1);
+    sets.add(1, 200 * kMs, (pause_ms + 1) * kMs, 1);
+    EXPECT_FALSE(sets.take((pause_ms + timeout_ms / 4) * kMs)) << pause_ms;
+    EXPECT_TRUE(sets.take((pause_ms + timeout_ms) * kMs)) << pause_ms;
+  }
+}
+
+TEST(SetAssembler, camerasThatAreSlowStillTellWhoIsSilent) {
+  SetAssembler<int> sets(options(2));
+  const std::int64_t gap_ms = options(2).timeout_ns / kMs * 3 / 4;
+  sets.add(1, 100 * kMs, 0, 1);
+  for (std::int64_t round = 0; round < 4; ++round) {
+    sets.add(0, (100 + round * gap_ms) * kMs, round * gap_ms * kMs, 1);
+  }
+  EXPECT_FALSE(sets.isSilent(0, 3 * gap_ms * kMs));
+  EXPECT_TRUE(sets.isSilent(1, 3 * gap_ms * kMs));
+}
+
 TEST(SetAssembler, aCloudWhoseStampWentBackEndsNoPause) {
   SetAssembler<int> sets(options(2));
   sendForASecond(sets, 2);

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from yarm.commander.events import (
     Tick,
 )
 from yarm.commander.machine import Commander
+from yarm.commander.memory import Memory
 from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
@@ -33,6 +35,7 @@ from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, SeenPiece, quaternion_from_rpy, wrap_angle
 from yarm.planning.registry import make_planner
+from yarm.records import plain, read
 from yarm.robots import bin as bins
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
 
@@ -59,6 +62,12 @@ def box_cells(low, high):
     return SPEC.cells_inside(points)
 
 
+def _codes(cells):
+    """One number for each cell (n, 3), also of those outside the grid."""
+    x, y, z = np.asarray(cells, dtype=np.int64).T + 4096
+    return (x << 40) + (y << 20) + z
+
+
 TABLE = box_cells((-0.45, -0.60, 0.0), (0.45, 0.60, 0.70))
 STAND = box_cells((-1.30, -0.20, 0.0), (-0.90, 0.20, 0.70))
 
@@ -74,12 +83,13 @@ class FakeRobot:
     stuck: bool = False
     holds: str = ""
     hand_s: float = 0.0
+    passed: int = 0
 
     def step(self) -> bool:
         """Move for one period; true when the goal is reached."""
         if self.goal is None or self.goal.target is None or self.stuck:
             return False
-        target = self.goal.target
+        target = self.goal.via[self.passed] if self.passed < len(self.goal.via) else self.goal.target
         left = wrap_angle(target.yaw_rad - self.yaw)
         if abs(left) > 1e-9:
             self.yaw = wrap_angle(self.yaw + math.copysign(min(abs(left), TURN_RADPS * PERIOD_S), left))
@@ -88,6 +98,9 @@ class FakeRobot:
         share = 1.0 if way < 1e-9 else min(1.0, SPEED_MPS * PERIOD_S / way)
         self.x += share * (target.x - self.x)
         self.y += share * (target.y - self.y)
+        if share >= 1.0 and target is not self.goal.target:
+            self.passed += 1
+            return False
         return share >= 1.0
 
 
@@ -103,11 +116,13 @@ class FakeArm:
 
 
 class FakeCell:
-    """The world around a Commander."""
+    """The world around a Commander; ``execution`` of all of them is a test's to choose."""
+
+    execution = "steps"
 
     def __init__(self, params=None, planner="yarm", **robots):
         """Robots by name: (x, y, yaw) of the end effector."""
-        self.params = params or CommanderParams()
+        self.params = replace(params or CommanderParams(), execution=self.execution)
         self._planner = planner
         self.commander = self._new_commander()
         self.robots = {name: FakeRobot(*pose) for name, pose in robots.items()}
@@ -182,11 +197,14 @@ class FakeCell:
             robot.goal = None
         self._step(ClockReset())
 
-    def start_commander_again(self):
-        """The Commander dies and a new one takes over; what is latched reaches it."""
+    def start_commander_again(self, taken_up=False):
+        """The Commander dies and a new one takes over, with its memory or without; what is latched reaches it."""
         for robot in self.robots.values():
             robot.goal = None
+        written = json.dumps(plain(self.commander.memory(self.now)))
         self.commander, self._registered, self._events = self._new_commander(), None, []
+        if taken_up:
+            self._do(self.commander.take_up(read(Memory, json.loads(written)), self.now))
         self._events += [Grasp(name, bool(robot.holds)) for name, robot in sorted(self.robots.items())]
 
     def _new_commander(self):
@@ -256,15 +274,14 @@ class FakeCell:
         return CellMap(self.now, SPEC, np.minimum(grid, 2), objects)
 
     def _note_touch(self, name, robot):
-        cells = SHAPE.mask(SPEC, robot.yaw).at(SPEC.column_of((robot.x, robot.y)))
-        own = {tuple(c) for c in cells.tolist()}
+        own = _codes(SHAPE.mask(SPEC, robot.yaw).at(SPEC.column_of((robot.x, robot.y))))
         for other, taken in {**self.statics, **self.obstacles}.items():
-            if not own.isdisjoint(map(tuple, taken.tolist())):
+            if np.isin(own, _codes(taken)).any():
                 self.touches.append((self.now, name, other))
         for other, second in self.robots.items():
             if other > name:
                 taken = SHAPE.mask(SPEC, second.yaw).at(SPEC.column_of((second.x, second.y)))
-                if not own.isdisjoint(map(tuple, taken.tolist())):
+                if np.isin(own, _codes(taken)).any():
                     self.touches.append((self.now, name, other))
 
     def _register(self):
@@ -311,7 +328,7 @@ class FakeCell:
         elif goal.action == "CALIBRATION":
             self._events.append(GoalDone(goal.robot, goal.serial, Outcome.SUCCEEDED, "SPACE=XY/AREA=17,7,15"))
         else:
-            self.robots[goal.robot].goal = goal
+            self.robots[goal.robot].goal, self.robots[goal.robot].passed = goal, 0
 
     def _tell(self, arm, goal):
         arm.told.append((self.now, goal.action))

@@ -9,6 +9,8 @@ import pytest
 from python.commander.fake_cell import LANDED_M, FakeArm, FakeCell
 from yarm.commander.params import CommanderParams
 
+pytestmark = pytest.mark.usefixtures("execution")
+
 START = (0.65, 1.6, math.pi)
 SECOND = (0.65, -1.9, math.pi)
 PIECE = (-0.12, 0.10)
@@ -129,7 +131,7 @@ def test_a_piece_too_low_for_the_hands_is_refused_with_the_numbers_and_nobody_go
     cell.heights["debris_2"] = 0.02
     status = outcome_of(cell)
     assert status.outcome == "failed"
-    assert status.reason == "debris_2: its top is 0.04 m high, and the hands reach down to 0.61 m"
+    assert status.reason == "debris_2: its top is 0.04 m high, and the hands reach down to 0.65 m"
     assert tasks(cell, "debris_2") == [("unreachable", "")]
     assert works(cell) == ["PICK debris_1", "DROP bin_1"]
     cell.heights["debris_2"], cell.debris["debris_2"] = 0.75, PIECE

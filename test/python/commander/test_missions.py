@@ -12,6 +12,8 @@ from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
 from yarm.control.sander.states import SanderState
 
+pytestmark = pytest.mark.usefixtures("execution")
+
 START = (0.65, 1.6, math.pi)
 SECOND = (0.65, -1.9, math.pi)
 

@@ -8,6 +8,9 @@ import pytest
 
 from python.commander.fake_cell import FakeArm, FakeCell, box_cells
 from yarm.commander.params import CommanderParams
+from yarm.geometry import wrap_angle
+
+pytestmark = pytest.mark.usefixtures("execution")
 
 START = (0.65, 1.6, math.pi)
 SECOND = (0.65, -1.9, math.pi)
@@ -138,3 +141,24 @@ def test_nothing_may_move_without_maps_or_servers():
     cell.silent = False
     cell.run_for(0.1)
     assert cell.commander.objection(cell.now) == ""
+
+
+@pytest.mark.parametrize("turned_deg", [20.0, 50.0, 75.0])
+def test_a_robot_stopped_in_the_midst_of_a_turn_goes_on_where_only_its_own_headings_fit(turned_deg):
+    """Quarter turns from a heading in between lead only to others in between, and none of them fits into the lane."""
+    cell = FakeCell(ankurbot_1=(0.3, -1.75, -math.pi / 2))
+    cell.statics = {
+        f"wall_{i + 1}": box_cells((-2.45, y, 0.0), (-0.4, y + 0.09, 1.2)) for i, y in enumerate((-2.5, -1.1))
+    }
+    cell.calibrate()
+    cell.targets["target_1"] = (-1.9, -1.75)
+    assert cell.request(jump_state=5).success
+    robot = cell.robots["ankurbot_1"]
+    cell.run(lambda: abs(wrap_angle(robot.yaw + math.pi / 2)) > math.radians(turned_deg), 30.0)
+    cell.lose("ankurbot_1")
+    cell.run_for(0.5)
+    assert abs(wrap_angle(robot.yaw + math.pi / 2)) < math.radians(turned_deg + 5.0)
+    cell.find("ankurbot_1")
+    cell.run(cell.idle, 120.0)
+    assert cell.status.outcome == "succeeded", cell.status
+    assert cell.touches == []

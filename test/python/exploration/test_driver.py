@@ -118,6 +118,18 @@ def test_ways_are_searched_for_again_only_from_farther_away() -> None:
     assert rig.driver.field(Pose2(START.x + 0.06, START.y), 0.05) is not ways
 
 
+def test_ways_that_were_searched_for_early_are_there_when_they_are_asked_for() -> None:
+    rig = Rig()
+    rig.step()
+    there, first = Pose2(START.x + 0.3, START.y), rig.driver.field(START)
+    rig.driver.search_early(there, 0.05)
+    assert rig.driver.field(there) is first, "who asks for ways from anywhere gets those that he had"
+    assert rig.driver.field(there, 0.05) is rig.driver.field(there) is not first
+    assert rig.driver.field(there).start == there
+    rig.driver.search_early(Pose2(there.x + 0.04, there.y), 0.05)
+    assert rig.driver.field(Pose2(there.x + 0.06, there.y), 0.05).start.x == there.x + 0.06
+
+
 def test_all_floor_that_the_body_is_about_to_sweep_is_looked_at() -> None:
     for x in np.arange(turtlebot.RADIUS_M, 0.27, 0.01):
         for y in np.arange(-turtlebot.RADIUS_M, turtlebot.RADIUS_M + 1e-9, 0.01):

@@ -346,6 +346,17 @@ def test_the_map_is_saved_every_thirty_seconds():
     assert [order.why for order in run.saves] == [f"every {EVERY_S:.0f} s"] * 3
 
 
+def test_a_node_that_ends_saves_the_map_of_a_run_that_has_not():
+    run = Run()
+    run.go(1.0)
+    order = run.session.last_order(1.0)
+    assert order is not None and (order.why, order.map) == ("the node ends", run.session.keeper.newest)
+    run.session.ask(Request.STOP)
+    run.go(3.0)
+    assert [order.why for order in run.saves] == ["stop"]
+    assert run.session.last_order(4.0) is None
+
+
 def test_save_map_is_done_at_the_next_pass():
     run = Run()
     run.go(1.0)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import List
 
 import numpy as np
 import pytest
 
-from yarm.exploration.views import MOST_DECAY_M, Views, ViewSettings, sweeps
+from yarm.exploration.views import FINE, MOST_DECAY_M, Look, Views, ViewSettings, sweeps
 from yarm.geometry import Pose2
 from yarm.navigation.costs import clearance
 from yarm.navigation.grid_map import GridMap
@@ -109,25 +110,29 @@ def test_what_a_view_shows_is_what_it_counts() -> None:
 NEARER = ViewSettings(tight_factor=1.0, through_m=100.0, decay_m=MOST_DECAY_M, near_m=0.0, range_m=2.0)
 
 
+def shown(made: Views, looks: List[Look]) -> float:
+    return float(made.together([looks])[0])
+
+
 def test_looks_together_count_every_cell_once() -> None:
     room = unknown_room()
     made = views(room, all_unknown(room), NEARER)
-    one = made.together([((100, 100), 0.0, 0.0)])
+    one = shown(made, [((100, 100), 0.0, 0.0)])
     assert one * 0.05**2 == pytest.approx(math.pi * 2.0**2 / 6.0, rel=0.1)
-    assert made.together([((100, 100), 0.0, 0.0), ((100, 100), 0.0, 0.0)]) == one
-    apart = made.together([((100, 100), 0.0, 0.0), ((100, 100), math.pi, 0.0)])
+    assert shown(made, [((100, 100), 0.0, 0.0), ((100, 100), 0.0, 0.0)]) == one
+    apart = shown(made, [((100, 100), 0.0, 0.0), ((100, 100), math.pi, 0.0)])
     assert apart == pytest.approx(2.0 * one, rel=0.02)
     ahead = [((100, 100), 0.0, 0.0), ((100, 110), 0.0, 0.0)]
-    assert one < made.together(ahead) < 2.0 * one
-    assert made.together(ahead) == made.together(ahead[::-1])
+    assert one < shown(made, ahead) < 2.0 * one
+    assert shown(made, ahead) == shown(made, ahead[::-1])
 
 
 def test_a_look_with_a_turn_shows_what_the_turn_passes() -> None:
     room = unknown_room()
     made = views(room, all_unknown(room), NEARER)
-    turned = made.together([((100, 100), 0.2, math.pi / 3.0)])
-    assert turned == pytest.approx(2.0 * made.together([((100, 100), 0.2, 0.0)]), rel=0.03)
-    assert turned == pytest.approx(made.together([((100, 100), 0.2 + math.pi / 3.0, -math.pi / 3.0)]), rel=0.02)
+    turned = shown(made, [((100, 100), 0.2, math.pi / 3.0)])
+    assert turned == pytest.approx(2.0 * shown(made, [((100, 100), 0.2, 0.0)]), rel=0.03)
+    assert turned == pytest.approx(shown(made, [((100, 100), 0.2 + math.pi / 3.0, -math.pi / 3.0)]), rel=0.02)
 
 
 def test_what_is_behind_a_wall_near_or_known_is_not_counted_together_either() -> None:
@@ -135,6 +140,28 @@ def test_what_is_behind_a_wall_near_or_known_is_not_counted_together_either() ->
     walled = room.cells.copy()
     walled[:, 120] = 100
     shut = GridMap(walled, room.resolution_m, room.origin)
-    seen = views(shut, all_unknown(shut), NEARER).together([((100, 100), 0.0, 0.0)])
+    seen = shown(views(shut, all_unknown(shut), NEARER), [((100, 100), 0.0, 0.0)])
     assert 0.0 < seen * 0.05**2 < 0.6 * 1.0
-    assert views(room, np.zeros(room.cells.shape), NEARER).together([((100, 100), 0.0, 0.0)]) == 0.0
+    assert shown(views(room, np.zeros(room.cells.shape), NEARER), [((100, 100), 0.0, 0.0)]) == 0.0
+
+
+def test_tours_that_share_looks_count_for_themselves() -> None:
+    room = unknown_room()
+    made = views(room, all_unknown(room), NEARER)
+    here, on, back = ((100, 100), 0.0, 0.0), ((100, 110), 0.0, 0.0), ((100, 100), math.pi, 1.0)
+    tours = [[here], [on, here], [back], [here, back], [here]]
+    assert made.together(tours).tolist() == [shown(made, tour) for tour in tours]
+
+
+def test_of_what_several_looks_show_the_clearest_counts() -> None:
+    room = unknown_room()
+    made = views(room, all_unknown(room), ViewSettings(through_m=100.0, near_m=0.0, range_m=2.0, decay_m=0.5))
+    best = np.zeros(room.cells.shape)
+    for row, column in ((100, 100), (100, 108), (95, 104)):
+        for angle in 2.0 * np.pi * (np.arange(-15, 16) % FINE) / FINE:
+            steps = np.rint(np.arange(1, 41)[:, None] * [math.sin(angle), math.cos(angle)]).astype(int)
+            at = steps + np.array([row, column])
+            left = np.cumprod(np.full(40, math.exp(-0.05 / 0.5)))
+            np.maximum.at(best, (at[:, 0], at[:, 1]), left)
+    looks: List[Look] = [((100, 100), 0.0, 0.0), ((100, 108), 0.0, 0.0), ((95, 104), 0.0, 0.0)]
+    assert shown(made, looks) == pytest.approx(best.sum(), rel=1e-5)

@@ -76,6 +76,14 @@ def test_speeds_keep_the_limits() -> None:
     assert told[:, 0].max() <= 0.3 + 1e-9 and np.abs(told[:, 1]).max() <= 1.8 + 1e-9
 
 
+def test_it_never_turns_for_as_long_as_the_reports_full_turn() -> None:
+    longest = turning = 0
+    for row in explored().path:
+        turning = turning + 1 if row.v == 0.0 and row.w != 0.0 else 0
+        longest = max(longest, turning)
+    assert 5 < longest < 100, "passes of 0.1 s; the report's takes 270 of every 1010"
+
+
 def test_the_same_run_gives_the_same_events() -> None:
     again = explore("yarm", arena(Pose2(-0.8, -0.8, 1.0), INNER, BRICK))
     assert again.events == explored().events

@@ -120,6 +120,20 @@ def test_xacro_files_are_expanded_with_their_arguments(tmp_path: Path) -> None:
     assert parse_urdf(expand_xacro(file, side=2.5)).solids[0].size == (2.5, 1.0, 1.0)
 
 
+def test_other_substitutions_and_arguments_that_nobody_gives_are_xacros_own(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("SIDE", "3")
+    file = tmp_path / "box.urdf.xacro"
+    text = (
+        '<robot name="box" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"><collision><geometry>'
+        '<box size="1 $(env SIDE) 1"/></geometry></collision></link></robot>'
+    )
+    file.write_text(text)
+    assert parse_urdf(expand_xacro(file)).solids[0].size == (1.0, 3.0, 1.0)
+    file.write_text(text.replace("$(env SIDE)", "$(arg side)"))
+    with pytest.raises(UrdfError, match="side"):
+        expand_xacro(file)
+
+
 def test_a_file_that_is_not_there_or_not_xacro_is_named(tmp_path: Path) -> None:
     with pytest.raises(UrdfError, match=r"nothing\.xacro: no such robot description"):
         expand_xacro(tmp_path / "nothing.xacro")

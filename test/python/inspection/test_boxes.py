@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from yarm.geometry import Pose2
 from yarm.geometry.pinhole import BoxSize
-from yarm.inspection.boxes import Box, overlap
+from yarm.inspection.boxes import Box, extent_of, outside, overlap
 from yarm.inspection.inputs import read_boxes
+from yarm.navigation.grid_map import GridMap
 from yarm.resources import resource
 
 TURNED = Box(1, Pose2(1.0, 2.0, math.pi / 2), BoxSize(0.5, 0.2, 0.4))
@@ -40,3 +42,10 @@ def test_boxes_9_and_10_of_the_practice_world_overlap(depth: float, deep: float)
 
 def test_the_shipped_file_is_there() -> None:
     assert Path(resource("scenes", "inspection", "practice_boxes.yaml")).is_file()
+
+
+def test_a_box_is_outside_a_map_by_its_centre_also_of_one_that_is_turned() -> None:
+    grid = GridMap(np.zeros((40, 60), np.int8), 0.05, Pose2(1.0, 1.0, math.pi / 2))
+    there, beyond = Box(1, Pose2(0.0, 2.0)), Box(2, Pose2(2.0, 2.0))
+    assert outside([there, beyond], grid) == [beyond]
+    assert extent_of(grid) == "3 x 2 m from (1, 1) on"

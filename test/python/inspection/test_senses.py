@@ -52,7 +52,8 @@ def test_all_well_is_no_complaint() -> None:
         ({"place_s": 17.0}, "place", "none newer than 3.0 s"),
         ({"camera": "dark: very"}, "camera", "dark: very"),
         ({"navigation": "silent for 9.0 s"}, "navigation", "silent for 9.0 s"),
-        ({"has_map": False}, "map", "none has come"),
+        ({"map_fault": "none has come"}, "map", "none has come"),
+        ({"map_fault": "box 3 at (9, 1) outside of it"}, "map", "box 3 at (9, 1) outside of it"),
     ],
 )
 def test_each_fault_is_named_since_it_began_and_goes_away(changes: Dict[str, object], sensor: str, words: str) -> None:
@@ -67,8 +68,9 @@ def test_each_fault_is_named_since_it_began_and_goes_away(changes: Dict[str, obj
 
 def test_what_never_came_is_missing_only_after_a_while() -> None:
     watch = SensesWatch()
-    assert watch.step(Senses(1.0, has_map=False, camera="no picture has come yet", navigation="nothing heard")) == ()
-    found = watch.step(Senses(1.0 + PATIENCE_S, has_map=False, camera="no picture", navigation="nothing heard"))
+    nothing = Senses(1.0, map_fault="none has come", camera="no picture has come yet", navigation="nothing heard")
+    assert watch.step(nothing) == ()
+    found = watch.step(replace(nothing, now_s=1.0 + PATIENCE_S))
     assert {c.sensor for c in found} == {"scan", "odometry", "map", "camera", "navigation"}
 
 

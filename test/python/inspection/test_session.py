@@ -118,9 +118,16 @@ def test_home_is_where_it_began_and_not_where_it_knew_its_place() -> None:
 
 def test_it_waits_for_every_input_and_says_for_which() -> None:
     world = World()
-    step = world.run(1.0, has_map=False, navigation="nothing heard of it yet")
+    step = world.run(1.0, map_fault="none has come", navigation="nothing heard of it yet")
     assert (step.stage, step.reason) == (IDLE, "waits for map, navigation") and world.rounds == 0
     assert world.run(0.1).stage != IDLE
+
+
+def test_boxes_outside_the_map_keep_a_round_from_beginning_and_are_named() -> None:
+    world = World()
+    step = world.run(6.0, map_fault="box 3 at (9, 1) outside of it, 6 x 6 m from (-3, -3) on")
+    assert step.stage == IDLE and world.rounds == 0
+    assert "waits: map: box 3 at (9, 1) outside of it" in step.reason and "the boxes' file" in step.reason
 
 
 def test_without_autostart_it_waits_for_start() -> None:

@@ -7,15 +7,22 @@ from pathlib import Path
 from typing import Callable, Dict, List
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "bench"))
 
+import faults_page  # noqa: E402
 import kinematics  # noqa: E402 (bench is no package)
 import localisation  # noqa: E402
+import missions  # noqa: E402
 from missions import write_csv  # noqa: E402
 from planning_report import write_report  # noqa: E402
 from planning_table import Table, read_rows  # noqa: E402
+
+from yarm.experiments.run.cases import expected_goals  # noqa: E402
+from yarm.sim.scenes.random_cell import random_cell  # noqa: E402
+from yarm.sim.scenes.scene_file import scene_text  # noqa: E402
 
 
 def test_the_page_is_drawn_from_the_rows_that_are_committed(tmp_path: Path) -> None:
@@ -24,6 +31,13 @@ def test_the_page_is_drawn_from_the_rows_that_are_committed(tmp_path: Path) -> N
 
     page = write_report(ROOT / "bench" / "data", tmp_path)
     assert lines(page) == lines(ROOT / "bench" / "planning.md"), "run: python3 bench/planning.py report"
+
+
+def test_the_page_of_faults_is_drawn_from_the_rows_that_are_committed() -> None:
+    rows = faults_page.known_rows(ROOT / "bench" / "data" / "faults.csv")
+    assert rows
+    page = (ROOT / "bench" / "faults.md").read_text(encoding="utf-8")
+    assert faults_page.written(rows) == page, "run: python3 bench/faults.py --report"
 
 
 def test_all_planners_of_the_fleets_were_given_the_same_instances() -> None:
@@ -102,3 +116,29 @@ def test_missions_leave_a_row_a_run_those_without_results_too(tmp_path: Path) ->
     first, second = read_rows(tmp_path / "missions.csv")
     assert (first["waypoints"], first["path_m"], first["clearance_m"], first["pauses"]) == ("7", "5.5", "0.12", "1")
     assert (second["success"], second["sim_s"], second["faults"]) == ("False", "", "no results were written")
+
+
+@pytest.mark.parametrize(("contacts", "code"), [([], 0), (["failure"], 1)])
+def test_random_cells_that_are_on_disk_are_judged_and_a_failure_is_named_with_its_seed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], contacts: List[str], code: int
+) -> None:
+    scene = random_cell("plain", 0)
+    own = tmp_path / "cells" / "random_plain" / "0"
+    own.mkdir(parents=True)
+    (own / "random_plain.yaml").write_text(scene_text(scene))
+    (own / "path.csv").write_text("robot,time_s,x_m,y_m\n")
+    goals = {
+        name: {"reached": True, "declared_s": 9.0, "status": "reached", "reason": ""} for name in expected_goals(scene)
+    }
+    touched = [
+        {"kind": kind, "pair": ["ankurbot_1", "table"], "links": ["base", "top"], "depth_m": 0.01, "first_s": 9.0}
+        for kind in contacts
+    ]
+    values = {"goals": goals, "contacts": touched, "outcome": "succeeded", "reason": "", "sim_s": 60.0, "faults": []}
+    (own / "summary.yaml").write_text(yaml.safe_dump(values))
+    words = ["--cells", "1", "--workers", "1", "--results", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["missions.py", *words])
+    assert missions.main() == code
+    said = capsys.readouterr().out
+    assert "| plain | 1 |" in said
+    assert ("random_plain-0000: FAILED: ankurbot_1 (base) touched table (top) at 9.0 s" in said) == bool(contacts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -38,7 +39,7 @@ def run(command, **more) -> subprocess.CompletedProcess:
 def test_an_unknown_make_variable_is_named() -> None:
     ended = run(["make", "-C", str(ROOT), "--no-print-directory", "help", "COLOUR=red"])
     assert ended.returncode != 0
-    assert "unknown variable COLOUR: make knows CASE SEED TESTS; see `make help`" in ended.stderr
+    assert "unknown variable COLOUR: make knows CASE CONSOLE SEED TESTS; see `make help`" in ended.stderr
 
 
 def test_a_known_variable_may_hold_several_words() -> None:
@@ -49,10 +50,14 @@ def test_a_known_variable_may_hold_several_words() -> None:
 
 @pytest.mark.parametrize(
     ("case", "calls"),
-    [("2m1ma", "rosrun yarm run_experiment --case 2m1ma --seed 3"), ("coursework", "rosrun yarm coursework --seed 3")],
+    [
+        ("CASE=2m1ma", "rosrun yarm run_experiment --case 2m1ma --seed 3"),
+        ("CASE=2m1ma CONSOLE=1", "rosrun yarm run_experiment --case 2m1ma --console --seed 3"),
+        ("CASE=coursework", "rosrun yarm coursework --seed 3"),
+    ],
 )
 def test_the_demo_calls_what_its_case_needs(case: str, calls: str) -> None:
-    ended = run(["make", "-n", "-C", str(ROOT), "--no-print-directory", "demo", f"CASE={case}"])
+    ended = run(["make", "-n", "-C", str(ROOT), "--no-print-directory", "demo", *case.split()])
     assert ended.returncode == 0, ended.stderr
     assert calls in ended.stdout
 
@@ -72,7 +77,7 @@ def test_both_parts_of_the_tests_run_and_the_worse_one_counts(
     assert ended.returncode == verdict
     first, second = log.read_text().splitlines()
     assert "--dist loadfile test/python test/contract -k one or two" in first
-    assert second == "-m pytest test/cpp test/ros test/system -k one or two"
+    assert re.fullmatch(r"-m pytest -n [12] --dist loadgroup test/cpp test/ros test/system -k one or two", second)
     assert {path.name for path in (ROOT / "test").iterdir() if list(path.rglob("test_*.py"))} == {
         word.split("/")[1] for line in (first, second) for word in line.split() if word.startswith("test/")
     }

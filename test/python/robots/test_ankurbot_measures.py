@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from typing import Tuple
 
 import numpy as np
 import pytest
 import yaml
 
-from yarm.geometry import GridSpec
+from yarm.control.base.params import BaseParams
+from yarm.geometry import FloatArray, GridSpec
 from yarm.geometry.urdf import UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
 from yarm.robots.ankurbot import (
@@ -19,10 +21,12 @@ from yarm.robots.ankurbot import (
     CASTER_XY_M,
     CASTERS,
     EE_HEIGHT_M,
-    HAND_CUP_M,
+    HALF_WHEEL_BASE_M,
+    HAND_LIFTS_KG,
     HAND_STROKE_M,
     WHEEL_RADIUS_M,
 )
+from yarm.sim.robots.suction import HOLDING_N
 
 
 @pytest.fixture(scope="module")
@@ -36,10 +40,9 @@ def test_reach_height_and_radius(model: UrdfModel) -> None:
     assert body.half_extent[0] == pytest.approx(BODY_RADIUS_M)
 
 
-def test_the_hands_stroke_and_cup() -> None:
+def test_the_hands_stroke() -> None:
     model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand="true"))
     assert model.joints["lift_joint"].upper == pytest.approx(HAND_STROKE_M)
-    assert model.joints["lift_joint"].T_parent_child[2, 3] == pytest.approx(-HAND_CUP_M)
 
 
 def test_casters_and_wheels(model: UrdfModel) -> None:
@@ -70,12 +73,11 @@ def test_discs_and_beams_hold_every_solid_tightly(model: UrdfModel) -> None:
     assert np.max([box[:, 1] for box in ours], axis=0) == pytest.approx(highest, abs=1e-9)
 
 
-@pytest.mark.parametrize("hand", ["false", "true"])
-def test_the_whole_robot_balances_over_its_wheels(hand: str) -> None:
-    """The ballast takes up arm and hand: the centre of mass is over the wheels' centre."""
+def mass_and_middle(hand: str) -> Tuple[float, FloatArray]:
+    """Mass, kg, and centre of mass (3,), metres, in the base's frame, the hand drawn up."""
     root = ET.fromstring(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand=hand))
     model = parse_urdf(ET.tostring(root, encoding="unicode"))
-    moment = mass = 0.0
+    moment, mass = np.zeros(3), 0.0
     for link in root.findall("link"):
         inertial = link.find("inertial")
         assert inertial is not None
@@ -88,8 +90,26 @@ def test_the_whole_robot_balances_over_its_wheels(hand: str) -> None:
             joint = next(j for j in model.joints.values() if j.child == name)
             place, name = joint.T_parent_child @ place, joint.parent
         own = float(inertial.find("mass").get("value"))
-        moment, mass = moment + own * place[0], mass + own
-    assert moment / mass == pytest.approx(0.0, abs=1e-3)
+        moment, mass = moment + own * place[:3], mass + own
+    return mass, moment / mass
+
+
+@pytest.mark.parametrize("hand", ["false", "true"])
+def test_the_whole_robot_balances_over_its_wheels(hand: str) -> None:
+    """The ballast takes up arm and hand: the centre of mass is over the wheels' centre."""
+    assert mass_and_middle(hand)[1][0] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_with_the_heaviest_piece_it_brakes_without_tipping_and_without_losing_it() -> None:
+    """Ahead, where the arm is, over the front wheels; the cup bears the piece's weight and its braking."""
+    gravity = 9.81
+    model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand="true"))
+    cup = model.joints["slide_joint"].T_parent_child @ model.joints["lift_joint"].T_parent_child
+    mass, middle = mass_and_middle("true")
+    middle = (mass * middle + HAND_LIFTS_KG * cup[:3, 3]) / (mass + HAND_LIFTS_KG)
+    braking = BaseParams().deceleration_mps2
+    assert gravity * (HALF_WHEEL_BASE_M - middle[0]) / middle[2] > 2.0 * braking
+    assert HAND_LIFTS_KG * np.hypot(gravity, braking) < HOLDING_N
 
 
 def test_a_hand_that_is_up_leaves_a_layer_of_cells_free_over_debris_on_the_part() -> None:

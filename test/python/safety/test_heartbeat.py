@@ -63,3 +63,15 @@ def test_nobody_needed_lets_everything_move_and_a_reset_forgets():
     found = heard(1.0)
     found.reset()
     assert "nothing heard" in found.objection(1.0)
+
+
+def test_a_persons_stop_opens_it_until_its_release_whoever_is_heard():
+    found, nobody = heard(1.0), DeadMansSwitch({})
+    for each in (found, nobody):
+        each.stop("stopped by a person")
+        assert each.objection(1.0) == "stands: stopped by a person"
+        each.reset()
+        assert each.objection(1.0) == "stands: stopped by a person"
+        each.stop("")
+    assert "nothing heard" in found.objection(1.0)
+    assert nobody.objection(1.0) == ""

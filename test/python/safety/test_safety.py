@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from yarm.geometry import GridSpec, Pose2
+from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, Pose2
 from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.safety.clearance import (
     Body,
@@ -20,7 +20,9 @@ from yarm.safety.clearance import (
     placed,
     room_ahead,
     signed_distance,
+    way_ahead,
 )
+from yarm.safety.loads import loads_of, with_loads
 from yarm.safety.monitor import Monitor, Seen, bodies_for, own_goals
 from yarm.safety.params import SafetyParams
 
@@ -103,6 +105,27 @@ def test_coasting_ends_at_the_target():
     bound = coasting(Pose2(0.0, 0.0), fast, Pose2(0.1, 0.0), sight)
     assert max(p.pose.x for p in bound) <= 0.11 + 1e-9
     assert coasting(Pose2(0.0, 0.0), Motion(), None, sight) == []
+
+
+def test_a_robot_that_goes_by_a_pose_does_not_brake_there_and_first_goes_towards_it():
+    sight = Foresight(latency_s=0.1, deceleration_mps2=1.5, reach_m=1.65)
+    at, by, end = Pose2(0.0, 0.0), Pose2(0.1, 0.0), Pose2(1.0, 0.5)
+    straight = coasting(at, Motion(1.0, 0.0, 0.0), by, sight)
+    onward = coasting(at, Motion(1.0, 0.0, 0.0), end, sight, (by,))
+    assert max(p.pose.x for p in straight) < 0.12
+    assert max(p.pose.x for p in onward) > 0.4
+    assert onward[-1].pose.y == 0.0, "the first stretch leads to where it goes by"
+    back = coasting(at, Motion(1.0, 0.0, 0.0), Pose2(0.05, 0.0), sight, (Pose2(0.3, 0.0),))
+    assert max(p.pose.x for p in back) > 0.25, "it may well drive past where it ends"
+
+
+def test_poses_are_behind_once_a_robot_has_come_near_but_never_the_last():
+    way = (Pose2(0.5, 0.0), Pose2(1.0, 0.0), Pose2(1.5, 0.0))
+    assert way_ahead(way, Pose2(0.0, 0.0)) == way
+    assert way_ahead(way, Pose2(0.45, 0.04)) == way[1:]
+    assert way_ahead(way[1:], Pose2(0.0, 0.0)) == way[1:]
+    assert way_ahead(way[2:], Pose2(1.5, 0.0)) == way[2:]
+    assert way_ahead((), Pose2(0.0, 0.0)) == ()
 
 
 def test_room_ahead_counts_the_motion_not_the_place():
@@ -238,3 +261,51 @@ def test_a_robot_whose_pose_is_old_is_held_until_it_is_seen_again():
     assert first.reason == "r is not watched: its pose on /tf is 0.4 s old, allowed 0.3 s"
     assert not look(0.3, 0.0).held
     assert look(0.4, 0.4).stop_now
+
+
+PIECE = [("debris_1", Solid(Shape.BOX, (0.15, 0.06, 0.04), at()))]
+
+
+def map_with(carried, name="debris_1"):
+    no_cells = np.zeros((0, 3), dtype=np.int64)
+    found = MappedObject(name, "Debris", 1, (0.0, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0), no_cells, None, carried)
+    return CellMap(0.0, GridSpec(), np.zeros(GridSpec().shape, dtype=np.int8), {name: found})
+
+
+def test_what_hangs_on_a_hand_is_where_the_map_shows_it_on_the_hand():
+    turned = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+    (load,) = loads_of(map_with(CarriedPiece("r", (0.01, 0.0, -0.095), turned)), {"debris_1": PIECE}, 0.08)
+    assert (load.piece, load.robot) == ("debris_1", "r")
+    assert load.points.min(axis=0) == pytest.approx([-0.02, -0.075, -0.115])
+    assert load.points.max(axis=0) == pytest.approx([0.04, 0.075, -0.075])
+    assert len(with_loads("r", ROBOT, [load])) == len(ROBOT) + len(load.points)
+    assert len(with_loads("other", ROBOT, [load])) == len(ROBOT)
+    assert loads_of(map_with(None), {"debris_1": PIECE}, 0.08) == []
+
+
+def test_a_robot_is_stopped_by_what_its_load_would_touch():
+    """A box that ends under the arm and over the load's lower edge: the robot alone passes over it."""
+    box = Body("box", (Solid(Shape.BOX, (0.2, 0.2, 0.83), at(0.6, 0.0, 0.415)),))
+    (load,) = loads_of(map_with(CarriedPiece("r", (0.0, 0.0, -0.08), (0.0, 0.0, 0.0, 1.0))), {"debris_1": PIECE}, 0.08)
+    held = {}
+    for name, points in (("empty", ROBOT), ("loaded", with_loads("r", ROBOT, [load]))):
+        monitor, held[name] = Monitor(SafetyParams(stop_clearance_m=0.01)), []
+        for i, x in enumerate(np.arange(0.0, 0.5, 1.0 / 30.0)):
+            seen = {"r": Seen(Pose2(x, 0.0), HEIGHT, points, Pose2(1.0, 0.0), "g")}
+            held[name].append(monitor.look(i / 30.0, seen, {"r": [box]})["r"].held)
+    assert not any(held["empty"])
+    assert any(held["loaded"])
+
+
+def test_a_hand_at_work_is_not_stopped_for_the_last_centimetre_that_nobody_drives():
+    """Beside another piece, with its own on the cup and its goal, the place over it, not yet done."""
+    neighbour = Body("debris_2", (Solid(Shape.BOX, (0.06, 0.15, 0.04), at(0.115, 0.0, 0.81)),))
+    (load,) = loads_of(map_with(CarriedPiece("r", (0.0, 0.0, -0.08), (0.0, 0.0, 0.0, 1.0))), {"debris_1": PIECE}, 0.08)
+    points = with_loads("r", ROBOT, [load])
+
+    def held(off_m):
+        seen = {"r": Seen(Pose2(0.0, 0.0), HEIGHT, points, Pose2(off_m, 0.0), "g")}
+        return Monitor(SafetyParams()).look(0.0, seen, {"r": [neighbour]})["r"].held
+
+    assert not held(0.009)
+    assert held(0.05)

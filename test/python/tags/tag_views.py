@@ -50,3 +50,14 @@ def view(
     T_world_optical = camera_at(robot or robot_at())
     room = room_of([tagged(picture), *others])
     return RgbCamera().render(room, T_world_optical, imaging or Imaging(), frame), T_world_optical
+
+
+def view_across_the_room(number: int) -> Tuple[RgbFrame, Pose2]:
+    """A robot looks at a tag 4.5 m away; nothing stands between them, though a box may be said to.
+
+    Returns:
+        what it sees, and the robot's pose.
+    """
+    robot = Pose2(-2.25, 0.0, 0.0)
+    far = tagged(TAGS[number], robot.compose(Pose2(4.5, 0.0, math.pi)))
+    return RgbCamera().render(room_of([far]), camera_at(robot), Imaging(), 0), robot

@@ -26,6 +26,7 @@ from yarm.tags.pictures import (
     shipped_pictures,
     size_at,
     stranger,
+    twins,
     write_pictures,
 )
 
@@ -166,6 +167,15 @@ def test_a_picture_that_cannot_be_used_is_refused(tmp_path: Path, name: str, pic
     with pytest.raises(PictureError, match=said) as raised:
         read_picture(path)
     assert str(path) in str(raised.value)
+
+
+def test_the_same_picture_twice_is_told_from_pictures_that_share_a_part() -> None:
+    pictures = dict(shipped_pictures())
+    assert twins(pictures) == [] == twins(hard_set())
+    paler = (cv2.resize(pictures[7], (400, 320)) // 2 + 60).astype(np.uint8)
+    assert twins({**pictures, 20: paler}) == [(7, 20)]
+    plain = np.full((80, 100), 200, np.uint8)
+    assert twins({1: plain, 2: plain // 2, 3: pictures[3]}) == [(1, 2)]
 
 
 def test_a_grey_picture_in_three_equal_channels_is_taken(tmp_path: Path) -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, Sequence
 
 import numpy as np
 import pytest
 
-from python.tags.tag_views import BOX, TAGS, camera_at, robot_at, room_of, tagged, view
+from python.tags.tag_views import BOX, TAGS, camera_at, robot_at, room_of, tagged, view, view_across_the_room
 from yarm.geometry import Pose2
 from yarm.geometry.pinhole import BoxSize
 from yarm.sim.sensors.rgb_camera import Imaging, RgbCamera, TaggedBox
 from yarm.tags.calibration import BLANK, UNKNOWN
-from yarm.tags.evidence import BoxEvidence
+from yarm.tags.evidence import ACCEPTING, BoxEvidence
 from yarm.tags.face_view import FaceView
 from yarm.tags.pictures import BLANKS, blank, hard_set, stranger
 from yarm.tags.recogniser import Finding, Look, Recogniser, Status
@@ -44,6 +45,15 @@ def test_each_tag_is_named_from_ahead_and_from_the_side(recogniser: Recogniser, 
         assert len(seen.probabilities) == 17
         assert seen.measured is not None
         assert seen.measured.distance(BOX) < 0.05
+
+
+def test_a_hundred_tags_can_be_looked_for() -> None:
+    rng = np.random.default_rng(5)
+    more = {n: np.kron(rng.integers(0, 256, (20, 25), np.uint8), np.ones((8, 8), np.uint8)) for n in range(16, 101)}
+    seen = look(Recogniser({**TAGS, **more}), [tagged(TAGS[7])], robot_at(0.5, 20.0))
+    assert seen.answer == 7 and seen.probabilities[7] > 0.999 and len(seen.probabilities) == 102
+    seen = look(Recogniser({**TAGS, **more}), [tagged(more[57])], robot_at(0.5, 20.0))
+    assert seen.answer == 57 and seen.probabilities[57] > 0.999
 
 
 @pytest.mark.parametrize("kind", BLANKS)
@@ -135,10 +145,14 @@ class TestKnownFaultsAreGone:
         assert look(recogniser, [tagged(TAGS[8])], robot_at(0.5, 60.0)).answer == 8
 
     def test_a_tag_4_5_m_away_is_nobodys(self, recogniser: Recogniser) -> None:
-        robot = robot_at(0.8)
-        far = tagged(TAGS[8], robot.compose(Pose2(2.4, 0.0, math.pi)))
-        seen = look(recogniser, [far], robot, stands=True)
-        assert seen.answer != 8
+        frame, robot = view_across_the_room(11)
+        view_of_none = FaceView(camera_at(robot.compose(ERROR)), robot.compose(Pose2(0.5, 0.0, math.pi)))
+        for stands in (None, True):
+            probabilities = recogniser.look(frame.grey, replace(view_of_none, stands=stands)).probabilities
+            assert probabilities[11] < 0.001
+            assert max(probabilities.values()) < ACCEPTING
+        seen = recogniser.look(frame.grey, replace(view_of_none, stands=False))
+        assert (seen.finding, seen.answer) == (Finding.MISSING, None)
 
     def test_where_the_box_is_hidden_nothing_is_said(self, recogniser: Recogniser) -> None:
         post = BOX.compose(Pose2(0.3, 0.0, 0.0))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from python.tags.tag_views import BOX, TAGS, robot_at, tagged, view
+from python.tags.tag_views import BOX, TAGS, robot_at, tagged, view, view_across_the_room
 from yarm.geometry import Pose2
 from yarm.geometry.pinhole import BoxSize, face_corners, tag_face
 from yarm.robots.turtlebot import RGB_CAMERA
@@ -19,6 +19,7 @@ from yarm.tags.quads import bottom_left_angle_deg
 from yarm.tags.report import (
     FEW,
     FOUND,
+    LEAST_AREA_PX2,
     NO_IMAGE,
     EdgeCase,
     ImageError,
@@ -148,6 +149,14 @@ class TestKnownFaults:
         neighbour = tagged(TAGS[8], BOX.compose(Pose2(0.0, 0.55, 0.0)))
         frame, _ = view(None, robot_at(0.8, turn_deg=-12.0), others=[neighbour])
         assert recogniser.verdict(recogniser.look(frame.grey) * 21).tag == 8
+
+    def test_a_tag_4_5_m_away_names_a_box_that_is_not_there(self) -> None:
+        frame, _ = view_across_the_room(11)
+        recogniser = ReportRecogniser({2: TAGS[2], 11: TAGS[11]})
+        seen = recogniser.look(frame.grey)
+        (far,) = (s for s in seen if s.rejection == "")
+        assert far.area_px2 == pytest.approx(LEAST_AREA_PX2, rel=0.05), "about what the least area lets in"
+        assert recogniser.verdict(seen * 21).tag == 11
 
     def test_a_tag_seen_from_the_side_is_taken_for_a_blank_box(self, recogniser: ReportRecogniser) -> None:
         """Its own share of good matches falls with the part and the angle that is seen."""

@@ -7,17 +7,36 @@ parameterization based on reachability analysis", IEEE Transactions on Robotics 
 
 from __future__ import annotations
 
+import sys
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
+from typing import Iterator
 
 import numpy as np
 import ruckig
-import toppra
-import toppra.algorithm as ta
-from toppra import constraint
 
 from yarm.control.arm.errors import ArmError
 from yarm.control.arm.model import JointLimits
 from yarm.geometry.grid import FloatArray
+
+
+@contextmanager
+def _without(*names: str) -> Iterator[None]:
+    """While something is imported, modules that are not there yet are empty ones."""
+    absent = [name for name in names if name not in sys.modules]
+    sys.modules.update({name: ModuleType(name) for name in absent})
+    try:
+        yield
+    finally:
+        for name in absent:
+            del sys.modules[name]
+
+
+with _without("matplotlib", "matplotlib.pyplot"):  # for pictures alone, and a quarter of a sander's time to start
+    import toppra
+    import toppra.algorithm as ta
+    from toppra import constraint
 
 SAMPLE_S = 0.05
 REST_TOLERANCE_RAD = 0.01

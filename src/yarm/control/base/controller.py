@@ -9,8 +9,9 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
-from typing import Callable, Deque, Optional, Sequence, Tuple
+from typing import Callable, Deque, List, Optional, Sequence, Tuple
 
+from yarm.control.base.corners import Corner, corners_ahead, speed_for
 from yarm.control.base.kinematics import BODY_CENTRE, Casters, driving_casters, full_turn, half_turn, turning_casters
 from yarm.control.base.params import BaseParams
 from yarm.control.base.speed_profile import slew, stopping_speed, table_speed
@@ -20,6 +21,10 @@ REST_SPEED_MPS = 0.01
 REST_YAW_RATE_RADPS = 0.01
 VELOCITY_WINDOW_S = 0.06
 SETTLE_S = 0.1
+SAME_PLACE_M = 1e-3
+SAME_YAW_RAD = 1e-3
+ROUNDING_LAG_S = 0.15
+"""Time by which casters lag behind their commands round a corner, at most."""
 
 
 class Stage(Enum):
@@ -42,11 +47,19 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class BaseGoal:
-    """Pose wanted of the end effector (world), the point to turn about, and how near, metres (None: by the params)."""
+    """Where to.
+
+    Attributes:
+        target: pose wanted of the end effector, world.
+        about_body: turn about the body's centre.
+        tolerance_m: how near, metres; None: by the params.
+        via: where to go by, at the target's heading, without stopping at corners that can be driven round.
+    """
 
     target: Pose2
     about_body: bool = False
     tolerance_m: Optional[float] = None
+    via: Tuple[Pose2, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,6 +101,8 @@ class BaseController:
         self._params = params
         self._history: Deque[_Sample] = deque()
         self._goal: Optional[BaseGoal] = None
+        self._way: List[Pose2] = []
+        self._rounding_mps: Optional[float] = None
         self._stage = Stage.IDLE
         self._casters: Casters = (0.0, 0.0, 0.0, 0.0)
         self._line_start: Optional[Pose2] = None
@@ -103,10 +118,18 @@ class BaseController:
         """Whether a goal is being pursued."""
         return self._goal is not None
 
+    def continues(self, goal: BaseGoal) -> bool:
+        """Whether a goal leads on from the straight way being driven, so that nothing needs to stop for it."""
+        return self._left_of(goal) is not None
+
     def start(self, goal: BaseGoal) -> None:
-        """Take a new goal; a goal under way is forgotten, its motion is stopped first."""
-        self._goal = goal
-        self._attempts = 0
+        """Take a new goal; what was under way is stopped first unless the new goal continues it."""
+        left = self._left_of(goal)
+        self._goal, self._attempts = goal, 0
+        if left is not None:
+            self._way = left
+            return
+        self._way = [*goal.via, goal.target]
         self._moved = None
         self._enter(Stage.FIRST_TURN)
 
@@ -115,8 +138,8 @@ class BaseController:
         return self._finish(outcome, reason)
 
     def pause(self) -> BaseCommand:
-        """Stand still but keep the goal; the next pose goes on from rest."""
-        self._speed = 0.0
+        """Stand still but keep the goal; the next pose goes on from rest, and is not stuck for having stood."""
+        self._speed, self._moved = 0.0, None
         return self._command()
 
     def reset(self) -> None:
@@ -194,58 +217,94 @@ class BaseController:
             return None
         return self._conclude(pose)
 
+    def _left_of(self, goal: BaseGoal) -> Optional[List[Pose2]]:
+        """What is left of a goal's way when it goes by where the straight way being driven ends; None when not."""
+        if self._stage is not Stage.TRANSLATION or self._line_start is None or self._braking_since is not None:
+            return None
+        if abs(self._yaw_between(goal.target, self._way[0])) > SAME_YAW_RAD:
+            return None
+        way = [*goal.via, goal.target]
+        met = next((k for k, pose in enumerate(way) if pose.distance(self._way[0]) <= SAME_PLACE_M), None)
+        return None if met is None else way[met:]
+
     def _translate(self, pose: Pose2, casters: Sequence[float], stamp_s: float, dt_s: float) -> Optional[BaseCommand]:
         assert self._goal is not None
-        target, params = self._goal.target, self._params
+        params = self._params
         if self._line_start is None:
-            if pose.distance(target) <= 0.6 * self._tolerance_m:
+            if pose.distance(self._way[0]) <= 0.6 * self._tolerance_m:
                 self._enter(Stage.LAST_TURN)
                 return None
             self._start_line(pose, casters)
+        corners = self._round_corners(pose)
         along, across, line_rad = self._on_line(pose)
         if along <= 0.2 * self._tolerance_m or abs(self._yaw_left(pose)) > math.radians(params.yaw_drift_deg):
             if self._speed != 0.0:
                 return self._start_braking(pose, stamp_s, dt_s)
             self._enter(Stage.LAST_TURN)
             return None
-        self._steer(line_rad - pose.yaw_rad, across, dt_s)
-        if not self._casters_ready(casters, full_turn):
+        turned = self._steer(line_rad - pose.yaw_rad, across, dt_s)
+        if turned and self._casters_ready(casters, full_turn):
+            self._rounding_mps = None
+        lag_rad = 0.0 if self._rounding_mps is None else params.corner_rate_radps * ROUNDING_LAG_S
+        if not self._casters_ready(casters, full_turn, lag_rad):
             wanted = 0.0
         else:
-            table = table_speed(along, params.translation_limits_m, params.translation_speeds_mps)
-            profile = stopping_speed(along, params.deceleration_mps2, params.delay_s)
-            wanted = min(table, params.cap_mps, profile)
+            table = table_speed(corners[-1].left_m, params.translation_limits_m, params.translation_speeds_mps)
+            round_mps = params.cap_mps if self._rounding_mps is None else self._rounding_mps
+            wanted = min(table, params.cap_mps, speed_for(corners, params), round_mps)
         self._speed = slew(self._speed, wanted, params.acceleration_mps2, params.deceleration_mps2, dt_s)
         return self._command(drive_mps=self._sign * self._speed)
 
+    def _round_corners(self, pose: Pose2) -> List[Corner]:
+        """The corners ahead; one whose arc begins is behind from now on, and the next line is the one to follow."""
+        assert self._line_start is not None
+        while True:
+            along, _, line_rad = self._on_line(pose)
+            caster_rad = self._casters[0] + full_turn(line_rad - pose.yaw_rad - self._heading_of_casters())
+            corners = corners_ahead(along, caster_rad, [self._line_start, *self._way], self._params)
+            first = corners[0]
+            if first.speed_mps <= 0.0:
+                return corners
+            arc_m = first.before_m * min(1.0, self._speed / first.speed_mps)
+            if first.left_m > arc_m + self._speed * self._params.delay_s:
+                return corners
+            self._line_start = self._way.pop(0)
+            self._rounding_mps = first.speed_mps
+
+    def _heading_of_casters(self) -> float:
+        """Direction in which the base drives, body frame, rad."""
+        return self._casters[0] + (math.pi if self._sign < 0.0 else 0.0)
+
     def _start_line(self, pose: Pose2, casters: Sequence[float]) -> None:
-        assert self._goal is not None
-        self._line_start = pose
-        direction = math.atan2(self._goal.target.y - pose.y, self._goal.target.x - pose.x) - pose.yaw_rad
+        self._line_start, self._rounding_mps = pose, None
+        direction = math.atan2(self._way[0].y - pose.y, self._way[0].x - pose.x) - pose.yaw_rad
         self._casters, self._sign = driving_casters(direction, casters)
 
     def _on_line(self, pose: Pose2) -> Tuple[float, float, float]:
         """Distance left along the line, distance from the line (left of it positive), direction of the line, rad."""
-        assert self._goal is not None and self._line_start is not None
-        target, start = self._goal.target, self._line_start
+        assert self._line_start is not None
+        target, start = self._way[0], self._line_start
         line = math.atan2(target.y - start.y, target.x - start.x)
         dx, dy = target.x - pose.x, target.y - pose.y
         return dx * math.cos(line) + dy * math.sin(line), dx * math.sin(line) - dy * math.cos(line), line
 
-    def _steer(self, direction_rad: float, across_m: float, dt_s: float) -> None:
-        """Move the commanded caster angle towards the direction that leads back to the line."""
+    def _steer(self, direction_rad: float, across_m: float, dt_s: float) -> bool:
+        """Move the commanded caster angle towards the direction that leads back to the line; whether it is there."""
         params = self._params
         limit = math.radians(params.cross_track_limit_deg)
         wanted = direction_rad - max(-limit, min(limit, params.cross_track_gain * across_m))
         if self._sign < 0.0:
             wanted += math.pi
         change = full_turn(wanted - self._casters[0])
-        step = params.steering_rate_radps * dt_s
+        rate = params.steering_rate_radps if self._rounding_mps is None else params.corner_rate_radps
+        step = rate * dt_s
         angle = full_turn(self._casters[0] + max(-step, min(step, change)))
         self._casters = (angle, angle, angle, angle)
+        return abs(change) <= step
 
-    def _casters_ready(self, measured: Sequence[float], wrap: Callable[[float], float]) -> bool:
-        tolerance = math.radians(self._params.caster_tolerance_deg)
+    def _casters_ready(self, measured: Sequence[float], wrap: Callable[[float], float], lag_rad: float = 0.0) -> bool:
+        """Whether all casters are where they are wanted, or lag behind that by no more than an angle."""
+        tolerance = math.radians(self._params.caster_tolerance_deg) + lag_rad
         return all(abs(wrap(m - c)) <= tolerance for m, c in zip(measured, self._casters))
 
     def _start_braking(self, pose: Pose2, stamp_s: float, dt_s: float) -> Optional[BaseCommand]:
@@ -274,8 +333,13 @@ class BaseController:
         """After the last turn: done, once more, or given up."""
         assert self._goal is not None
         params = self._params
-        left, turn = pose.distance(self._goal.target), math.degrees(self._yaw_left(pose))
+        left, turn = pose.distance(self._way[0]), math.degrees(self._yaw_left(pose))
         if left <= self._tolerance_m and abs(turn) <= params.yaw_tolerance_deg:
+            if len(self._way) > 1:
+                self._way.pop(0)
+                self._attempts = 0
+                self._enter(Stage.TRANSLATION)
+                return None
             return self._finish(Outcome.SUCCEEDED, f"reached; {left:.3f} m and {turn:.2f} deg left")
         self._attempts += 1
         if self._attempts >= params.attempts:
@@ -296,8 +360,13 @@ class BaseController:
         assert self._goal is not None
         return full_turn(self._goal.target.yaw_rad - pose.yaw_rad)
 
+    @staticmethod
+    def _yaw_between(one: Pose2, other: Pose2) -> float:
+        return full_turn(one.yaw_rad - other.yaw_rad)
+
     def _enter(self, stage: Stage) -> None:
         self._stage = stage
+        self._rounding_mps = None
         self._line_start = None
         self._speed = 0.0
         self._braking_since = None
@@ -306,7 +375,7 @@ class BaseController:
         return BaseCommand(self._casters, drive_mps, yaw_rate_radps, self._stage)
 
     def _finish(self, outcome: Outcome, reason: str) -> BaseCommand:
-        self._goal = None
+        self._goal, self._way = None, []
         self._enter(Stage.IDLE)
         return BaseCommand(outcome=outcome, reason=reason)
 

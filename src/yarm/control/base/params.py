@@ -30,6 +30,8 @@ class BaseParams:
     cross_track_gain: float = param(2.0, "rad/m", "re-steering over distance from the line", 0.0, 10.0)
     cross_track_limit_deg: float = param(12.0, "deg", "largest re-steering", 0.0, 45.0)
     steering_rate_radps: float = param(0.5, "rad/s", "re-steering speed while driving", 0.05, 5.0)
+    corner_m: float = param(0.03, "m", "a corner that is driven round is passed within this distance", 0.005, 0.1)
+    corner_rate_radps: float = param(1.5, "rad/s", "re-steering speed round a corner", 0.05, 5.0)
     yaw_drift_deg: float = param(3.0, "deg", "translation stops for a turn beyond this yaw error", 1.0, 20.0)
     stuck_s: float = param(10.0, "s", "a robot that has not moved for so long gives up", 1.0, 120.0)
     attempts: int = param(5, "", "translations and turns tried before a goal is given up", 1, 50)

@@ -27,6 +27,17 @@ def stopping_speed(left: float, deceleration: float, delay_s: float) -> float:
     return max(deceleration * (math.sqrt(delay_s * delay_s + 2.0 * left / deceleration) - delay_s), 0.0)
 
 
+def passing_speed(left: float, speed: float, deceleration: float, delay_s: float) -> float:
+    """Largest speed from which another is come down to in the distance left: as ``stopping_speed``, but to that one."""
+    if left <= 0.0:
+        return speed
+    return max(
+        deceleration
+        * (math.sqrt(delay_s * delay_s + (2.0 * left + speed * speed / deceleration) / deceleration) - delay_s),
+        speed,
+    )
+
+
 def slew(current: float, wanted: float, acceleration: float, deceleration: float, dt_s: float) -> float:
     """The wanted signed speed, changed from the current one by no more than the limits allow in a time."""
     if current * wanted < 0.0:

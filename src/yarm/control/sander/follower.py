@@ -11,6 +11,7 @@ from yarm.control.arm.motion import REST_TOLERANCE_RAD, ArmMotion
 from yarm.geometry.grid import FloatArray
 
 FOLLOW_GRACE_S = 3.0
+HALT_S = 0.1
 EARLY_S, LATE_S = 0.5, 0.05
 """An arm that lags, or leads, by more than this is looked for no further along its motion."""
 
@@ -51,6 +52,11 @@ class MotionFollower:
         if self._motion is None or self.braking:
             return
         self.send(self._motion.braked(self._phase(self._motion, q, now_s), self._stop_s), now_s)
+        self.braking = True
+
+    def halt(self, q: FloatArray, now_s: float) -> None:
+        """Stand still where the arm is measured, whatever it was following."""
+        self.send(ArmMotion(np.array([0.0, HALT_S]), np.array([q, q]), np.zeros(2)), now_s)
         self.braking = True
 
     def arc_m(self, q: FloatArray, now_s: float) -> float:

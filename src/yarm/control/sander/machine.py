@@ -12,6 +12,7 @@ from typing import Any, Callable, List, Optional, Sequence, Tuple
 from yarm.control.arm.motion import ArmMotion
 from yarm.control.sander.buttons import ButtonTable
 from yarm.control.sander.follower import MotionFollower
+from yarm.control.sander.memory import SanderMemory
 from yarm.control.sander.params import SanderParams
 from yarm.control.sander.planner import RasterPlan, SanderPlanner
 from yarm.control.sander.runner import ScriptRunner
@@ -21,6 +22,9 @@ from yarm.control.sander.steps import Job
 from yarm.control.sander.teleoperation import Teleoperation
 from yarm.control.sander.work import SanderWork
 from yarm.geometry.grid import FloatArray
+
+UNWATCHED_S = 0.4
+"""After a longer pause between two readings, s, the arm's controller may have stopped it (``arm_timeout``)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +82,35 @@ class SanderMachine:
         self._buttons = ButtonTable(scripts)
         self._presses = self._switches = 0
         self._objection = ""
+        self._last_s: Optional[float] = None
+        self._taken_up = False
+
+    @property
+    def memory(self) -> SanderMemory:
+        """What another one must know to go on from here, besides the plan."""
+        now, work = self._now, self._work
+        progress = now.progress
+        return SanderMemory(
+            now.state,
+            now.enabled,
+            work.active,
+            work.storing,
+            work.blocked,
+            progress.arc_m,
+            progress.share,
+        )
+
+    def take_up(self, memory: SanderMemory, plan: Optional[RasterPlan]) -> None:
+        """Go on where another one was when it died: with the next reading the arm halts, then it begins again.
+
+        The points of a scan are gone: without a raster over the part it scans once more.
+        """
+        now = self._now
+        now.state, now.enabled, now.scan_lost = memory.state, memory.enabled, True
+        now.progress.begin(plan)
+        now.progress.arc_m, now.progress.share = memory.arc_m, memory.share
+        self._work.take_up(memory.active, memory.storing, memory.blocked and plan is not None)
+        self._taken_up = True
 
     @property
     def state(self) -> SanderState:
@@ -111,6 +144,7 @@ class SanderMachine:
     def step(self, inputs: ArmInputs) -> List[ArmMotion]:
         """Motions to send, in order; each replaces the one before."""
         self._now.q = inputs.q
+        self._look_after_pause(inputs)
         for value in inputs.switches:
             self._throw(value, inputs)
         for button in inputs.presses:
@@ -118,6 +152,16 @@ class SanderMachine:
         self._take_objection(inputs)
         self._work.advance(inputs.q, inputs.stamp_s, hold=bool(self._objection))
         return self._work.take() + self._teleoperate(inputs)
+
+    def _look_after_pause(self, inputs: ArmInputs) -> None:
+        """After its own death, or when it has not looked for long, the arm may be anywhere on its way or off it."""
+        paused = self._last_s is not None and inputs.stamp_s - self._last_s > UNWATCHED_S
+        self._last_s = inputs.stamp_s
+        if self._taken_up and self.state is SanderState.TELEOPERATION:
+            self._teleoperation.start(inputs.q)
+        if self._taken_up or (paused and not self._work.at_rest):
+            self._taken_up = False
+            self._work.halt(inputs.q, inputs.stamp_s)
 
     def _throw(self, enabled: bool, inputs: ArmInputs) -> None:
         self._switches += 1

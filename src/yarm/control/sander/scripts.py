@@ -24,6 +24,7 @@ class Situation:
         enabled: it may sand.
         lifted: it hovers over the part and would come down again.
         scanning: the wrist camera's clouds are wanted.
+        scan_lost: what the camera saw of the part is gone with the sander that had it.
         progress: of the raster.
     """
 
@@ -32,6 +33,7 @@ class Situation:
     enabled: bool = True
     lifted: bool = False
     scanning: bool = False
+    scan_lost: bool = False
     progress: RasterProgress = field(default_factory=RasterProgress)
 
     def enter(self, state: SanderState) -> None:
@@ -69,8 +71,12 @@ class SanderScripts:
         sweep = yield self._from_here(self._planner.sweep)
         self._now.scanning = True
         yield Follow(sweep)
-        self._now.scanning = False
+        self._now.scanning = self._now.scan_lost = False
         yield from self.to_part()
+
+    def _scan_again(self) -> Script:
+        yield Follow((yield self._from_here(self._planner.lift)))
+        yield from self.scan()
 
     def to_part(self) -> Script:
         """Hover over the part."""
@@ -90,6 +96,8 @@ class SanderScripts:
 
     def sand(self) -> Script:
         """Raster from the start; paused it lifts, enabled it comes back to where it stopped."""
+        if self._now.scan_lost:
+            yield from self._scan_again()
         self._now.enter(SanderState.SCAN_TO_PATH)
         self._now.progress.begin(None)
         points = self._scan()

@@ -58,6 +58,32 @@ class SanderWork:
         """Whether there is no script, and the last motion has come to its end."""
         return self._runner.idle and not self._follower.active
 
+    @property
+    def storing(self) -> bool:
+        """Whether what is under way, or was interrupted, leads to storage."""
+        return self._storing
+
+    @property
+    def blocked(self) -> bool:
+        """Whether something was in the way of the raster, so that it goes on with the next ON."""
+        return self._blocked
+
+    @property
+    def active(self) -> bool:
+        """Whether there is a script, or one that was interrupted."""
+        return self._interrupted or not self._runner.idle
+
+    def take_up(self, active: bool, storing: bool, blocked: bool) -> None:
+        """Be as another one was when it died; what was under way then is begun again by ``go_on``."""
+        self._interrupted, self._storing, self._blocked = active, storing, blocked
+
+    def halt(self, q: FloatArray, now_s: float) -> None:
+        """Stand still wherever the arm is: it may have left its motion. What was under way is begun by ``go_on``."""
+        self._interrupted = self.active
+        self._runner.drop()
+        self._now.scanning = False
+        self._follower.halt(q, now_s)
+
     def take(self) -> List[ArmMotion]:
         """The motions to send since the last call, in order."""
         return self._follower.take()
@@ -83,7 +109,7 @@ class SanderWork:
             self._interrupted = not self._runner.idle
 
     def go_on(self, q: FloatArray, now_s: float) -> None:
-        """Begin again what was interrupted, from wherever the arm is; nothing when nothing was."""
+        """Begin again what was interrupted, from wherever the arm rests; nothing when nothing was."""
         if self._interrupted:
             self.begin(self._scripts.again(self._storing), q, now_s, self._storing)
 

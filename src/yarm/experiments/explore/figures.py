@@ -25,6 +25,7 @@ from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.statistics import percentile
 
 TARGET_HEADER = ("target", "measured", "met")
+BUMP_TICKS = (0, 1, 2, 5, 10, 20, 50, 100, 200)
 WAY_PASSES = 10
 """Every n-th pass of a way is written with a figure."""
 
@@ -136,6 +137,9 @@ def plot_faults(results: Sequence[ExploreResult], folder: Path) -> Path:
     bumps = ([a.bumps for _, a, _ in pairs], [b.bumps for _, _, b in pairs])
     axes[1].plot(*bumps, "o", ms=4)
     axes[1].set(xlabel="bumps, report", ylabel="bumps, report_printed", yscale="symlog", xscale="symlog")
+    for axis, counts in zip((axes[1].xaxis, axes[1].yaxis), bumps):
+        ticks = [tick for tick in BUMP_TICKS if tick <= 2 * max([1, *counts])]
+        axis.set_ticks(ticks, labels=[str(tick) for tick in ticks])
     for axis in axes:
         axis.grid(True, alpha=0.3)
     header = (

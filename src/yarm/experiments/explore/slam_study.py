@@ -25,6 +25,7 @@ TRUE_MAP_S = 1.0
 """Between two maps in the trials without SLAM."""
 SHARE_APART, TIME_APART = 0.02, 0.10
 """Twins may differ by so much in their share, and in their time to 95 % as a part of it."""
+TIME_TICKS_S = (10, 20, 50, 100, 200, 500, 1000)
 SPEED_ARENA = "practice"
 WALL_MEAN_M, WALL_P95_M, SPURIOUS, POSE_M, CORE = 0.03, 0.07, 0.01, 0.03, 0.01
 """Targets for the saved map, the live pose, and SLAM's share of a core."""
@@ -186,11 +187,16 @@ def plot_twins(twins: Sequence[Twins], path: Path) -> Path:
     figure, axes = new_figure(8.0, 4.6)
     axis = axes[0]
     for pair in twins:
-        axis.plot(range(4), pair.times_s, "o-", ms=4, alpha=0.7, label=pair.plain.spec.arena)
+        ends = "" if math.isfinite(pair.times_s[-1]) else " (never in physics)"
+        axis.plot(range(4), pair.times_s, "o-", ms=4, alpha=0.7, label=pair.plain.spec.arena + ends)
     steps = ("kinematic,\ntrue map, 1 s", "kinematic,\nSLAM, 1 s", "kinematic,\nSLAM, 5 s", "physics,\nSLAM, 5 s")
     axis.set_xticks(range(4))
     axis.set_xticklabels(steps, fontsize="small")
     axis.set(ylabel="s to 95 %", yscale="log")
+    shown = [time for pair in twins for time in pair.times_s if math.isfinite(time)]
+    ticks = [tick for tick in TIME_TICKS_S if shown and min(shown) <= 2 * tick and tick <= 2 * max(shown)]
+    axis.yaxis.set_ticks(ticks, labels=[str(tick) for tick in ticks])
+    axis.yaxis.set_ticks([], minor=True)
     axis.grid(True, alpha=0.3, which="both")
     axis.legend(fontsize="x-small", loc="center left", bbox_to_anchor=(1.01, 0.5))
     return save_figure(figure, path)

@@ -11,6 +11,17 @@ from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.study.tag_figures import write_rows
 
+HEADER = (
+    "variant",
+    "right",
+    "wrong tags",
+    "s, mean",
+    "computing, s, mean",
+    "goals failed",
+    "m, mean",
+    "off home at the end, worst",
+)
+
 
 def write_faults(results: Sequence[FaultResult], folder: Path, name: str = "inspect_faults") -> str:
     """Rows and figure of one world's trials, as ``.csv`` and ``.png`` of a name; the table to print."""
@@ -34,15 +45,14 @@ def write_faults(results: Sequence[FaultResult], folder: Path, name: str = "insp
             f"{n['right']:.0f} of {n['boxes']:.0f}",
             f"{n['named_wrong']:.0f}",
             f"{n['end_s']:.0f}",
+            f"{n['computing_s']:.1f}",
             f"{n['goals_failed']:.0f}",
             f"{n['distance_m']:.1f}",
             f"{n['home_m']:.2f} m, {n['home_rad']:.2f} rad",
         )
         for fault, n in totals
     ]
-    return markdown_table(
-        ("variant", "right", "wrong tags", "s, mean", "goals failed", "m, mean", "off home at the end, worst"), lines
-    )
+    return markdown_table(HEADER, lines)
 
 
 def _total(fault: str, results: Sequence[FaultResult]) -> Tuple[str, Dict[str, float]]:
@@ -50,7 +60,7 @@ def _total(fault: str, results: Sequence[FaultResult]) -> Tuple[str, Dict[str, f
     mine = [r for r in results if r.spec.fault == fault]
     found = {name: sum(r.numbers[name] for r in mine) for name in ("right", "named_wrong", "goals_failed")}
     found["boxes"] = float(sum(r.boxes for r in mine))
-    for name in ("end_s", "distance_m"):
+    for name in ("end_s", "distance_m", "computing_s"):
         found[name] = sum(r.numbers[name] for r in mine) / max(1, len(mine))
     for name in ("home_m", "home_rad"):
         found[name] = max(r.numbers[name] for r in mine)

@@ -17,7 +17,7 @@ from yarm.sim.scenes.layout_file import find_layout
 LAYOUTS = ("practice", "open_0", "wall_0", "cluster_0", "corridor_0")
 VARIANTS = {KINEMATIC: FAULTS, PHYSICS: FAULTS_IN_PHYSICS}
 """By world: variants of the report's round, and what is switched on in each."""
-KEPT = ("right", "named_wrong", "end_s", "goals_failed", "distance_m", "home_m", "home_rad")
+KEPT = ("right", "named_wrong", "end_s", "goals_failed", "distance_m", "home_m", "home_rad", "computing_s")
 """Figures of merit that a result keeps."""
 
 

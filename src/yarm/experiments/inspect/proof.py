@@ -9,6 +9,7 @@ from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 import cv2
 
+from yarm.experiments.html import figure, table, write_page
 from yarm.experiments.inspect.measures import Measures
 from yarm.experiments.inspect.record import LookRecord, RoundRecord, reading_words
 from yarm.experiments.inspect.sheet import ColourImage, our_pair, our_photo, report_pair, report_photo
@@ -21,17 +22,6 @@ from yarm.tags.pictures import shipped_pictures
 
 QUALITY = 80
 """Of the JPEG pictures, per cent."""
-STYLE = """
-body{font:14px/1.45 sans-serif;max-width:1180px;margin:1.5em auto;padding:0 1em;color:#222}
-section{border-top:2px solid #888;padding:.6em 0 1.2em;page-break-inside:avoid}
-h2{margin:.2em 0}.right{color:#17722b}.wrong{color:#b3261e}
-.row{display:flex;gap:1em;flex-wrap:wrap;align-items:flex-start}
-figure{margin:0}figcaption{color:#555;font-size:12px}
-table{border-collapse:collapse}td,th{padding:1px 8px;text-align:left;font-size:12px}
-td.bar{width:180px}td.bar div{background:#4a7fb5;height:9px;min-width:1px}
-tr:nth-child(even){background:#f3f3f3}
-"""
-Rows = Sequence[Sequence[str]]
 
 
 def write_proof(record: RoundRecord, measures: Measures, path: Path) -> Path:
@@ -52,10 +42,7 @@ def write_proof(record: RoundRecord, measures: Measures, path: Path) -> Path:
     tags = shipped_pictures()
     boxes = {box.number: box for box in record.boxes}
     sheets = [_sheet(record, boxes[verdict.box], verdict, tags) for verdict in record.verdicts]
-    parts = ["<!DOCTYPE html>", '<html lang="en">', f"<head><meta charset='utf-8'><title>{html.escape(title)}</title>"]
-    parts += [f"<style>{STYLE}</style></head><body>", f"<h1>{html.escape(title)}</h1>", f"<p>{html.escape(head)}</p>"]
-    path.write_text("\n".join([*parts, *sheets, "</body></html>"]) + "\n", encoding="utf-8")
-    return path
+    return write_page(path, title, [f"<p>{html.escape(head)}</p>", *sheets])
 
 
 def _sheet(record: RoundRecord, box: Box, verdict: Verdict, tags: Mapping[int, GreyImage]) -> str:
@@ -66,7 +53,7 @@ def _sheet(record: RoundRecord, box: Box, verdict: Verdict, tags: Mapping[int, G
     double = " (duplicate)" if verdict.duplicate else ""
     parts = [f"<section id='box-{box.number}'>"]
     parts.append(f"<h2 class='{kind}'>Box {box.number}: {html.escape(read + double + mark)}</h2>")
-    parts.append(_table(("", ""), _facts(record, box, verdict, looks)))
+    parts.append(table(("", ""), _facts(record, box, verdict, looks)))
     shown = shown_look(looks, verdict.reading.tag)
     if shown is not None:
         parts.append("<div class='row'>" + _pictures(record, box, shown, verdict, tags) + "</div>")
@@ -172,18 +159,10 @@ def _look_table(looks: Sequence[LookRecord]) -> str:
         else:
             kept = [f"{seen.tag} ({seen.good} good)" for seen in look.sightings if not look.rejection(seen)]
             rows.append((str(number), f"{look.t_s:.1f}", "", "", ", ".join(kept) or "nothing kept"))
-    return _table(("image", "s", "face seen", "texture", "what it says"), rows) if rows else ""
-
-
-def _table(header: Sequence[str], rows: Rows) -> str:
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in header) if any(header) else ""
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
+    return table(("image", "s", "face seen", "texture", "what it says"), rows) if rows else ""
 
 
 def _figure(picture: ColourImage, caption: str) -> str:
     data = base64.b64encode(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()).decode()
-    return (
-        f"<figure><img alt='{html.escape(caption, quote=True)}' src='data:image/jpeg;base64,{data}'>"
-        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
-    )
+    image = f"<img alt='{html.escape(caption, quote=True)}' src='data:image/jpeg;base64,{data}'>"
+    return figure(image, caption)

@@ -12,6 +12,7 @@ import numpy as np
 from yarm.experiments.inspect.eyes import Camera, Eyes, Moment, boxes_of, make_eyes
 from yarm.experiments.inspect.pilot import ARRIVE_RAD, Pilot, Ways, known_map
 from yarm.experiments.inspect.record import RoundInfo, RoundRecord, RoundRecorder, TouchRow
+from yarm.experiments.inspect.switched_eyes import StillCamera, switched_eyes
 from yarm.experiments.inspect.switched_round import SwitchedRound
 from yarm.experiments.inspect.switches import LOOSE_RAD, Switches
 from yarm.geometry import Pose2
@@ -155,8 +156,11 @@ def run_round(layout: Layout, controller: str, seed: int, switches: Switches = N
     if controller not in CONTROLLERS:
         raise ValueError(f"controller {controller!r} is not known; known: {', '.join(CONTROLLERS)}")
     recorder = RoundRecorder()
-    ways, camera = Ways(known_map(layout.arena)), Camera(layout, seed)
-    eyes = make_eyes(PRINTED if switches.printed_vote else controller, layout, camera, recorder.looked)
+    ways, camera = Ways(known_map(layout.arena)), (StillCamera if switches.frames_copied else Camera)(layout, seed)
+    if controller == REPORT:
+        eyes = switched_eyes(layout, camera, recorder.looked, switches)
+    else:
+        eyes = make_eyes(controller, layout, camera, recorder.looked)
     tour = _round(layout, controller, ways, switches)
     player = _Player(layout, eyes, ways, seed, switches)
     seen = Observation(0.0, player.believed, True)

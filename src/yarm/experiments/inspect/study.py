@@ -48,6 +48,11 @@ def specs_of(layouts: int, controllers: Sequence[str] = PAIRED, world: str = KIN
     return [InspectSpec(kind, seed, controller, 0, world) for kind, seed in names for controller in controllers]
 
 
+def controllers_of(options: argparse.Namespace) -> List[str]:
+    """Those of PAIRED that are asked for; both unless some are named."""
+    return [name for name in PAIRED if name in (options.controller or PAIRED)]
+
+
 def table(results: Sequence[InspectResult]) -> str:
     """One row a controller, in markdown, and below it every box of ours that was not read right."""
     groups = {name: [result for result in results if result.spec.controller == name] for name in PAIRED}
@@ -125,7 +130,9 @@ def inspections(options: argparse.Namespace, folder: Path, progress: Callable[[s
         StudyError: trials failed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    kinematic, physics = specs_of(options.layouts), specs_of(options.physics_layouts, world=PHYSICS)
+    controllers = controllers_of(options)
+    kinematic = specs_of(options.layouts, controllers)
+    physics = specs_of(options.physics_layouts, controllers, PHYSICS)
     texts = [
         rounds(options, folder, progress("inspect"), kinematic),
         rounds(options, folder, progress("inspect, physics"), physics, "inspect_physics"),

@@ -18,6 +18,9 @@ class Switches:
         no_neighbours: neighbours and narrow places are not looked at.
         sleeps: the printed program's sleep after each image.
         printed_vote: the printed recognition and vote, on whole images.
+        whole_images: the text's recognition and vote, but images are not cropped.
+        frames_lost: every third image does not come.
+        frames_copied: the images that a standing robot takes are one and the same.
         turns_lost: the turns that localise do not reach the base, as with a publisher made anew for each message.
         home_early: home is where it believes to be before it has turned.
         no_goal_limit: a goal may take for ever.
@@ -31,6 +34,9 @@ class Switches:
     no_neighbours: bool = False
     sleeps: bool = False
     printed_vote: bool = False
+    whole_images: bool = False
+    frames_lost: bool = False
+    frames_copied: bool = False
     turns_lost: bool = False
     home_early: bool = False
     no_goal_limit: bool = False
@@ -49,6 +55,11 @@ FAULTS: Mapping[str, Switches] = {
     "neighbours not looked at": Switches(no_neighbours=True),
     "sleeps": Switches(sleeps=True),
     "printed recognition": Switches(printed_vote=True),
+    "images not cropped": Switches(whole_images=True),
+    "every third frame lost": Switches(frames_lost=True),
+    "every third frame lost, printed recognition": Switches(frames_lost=True, printed_vote=True),
+    "seven frames are one": Switches(frames_copied=True),
+    "seven frames are one, headings within the tolerance": Switches(frames_copied=True, loose_heading=True),
     "exact order instead of greedy": Switches(exact_order=True),
 }
 """Variants of the report's round, by their names in the figure."""

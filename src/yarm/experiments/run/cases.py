@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Dict, FrozenSet, Mapping
 
+from yarm.commander.params import Removal
 from yarm.geometry.kinds import GOAL_KINDS
 from yarm.sim.scenes.scene import Scene
 
@@ -23,6 +25,7 @@ class Case:
         everybody: every robot must have reached something.
         refusals: a goal given up with a reason is no fault.
         may_fail: nor is a mission that ends failed because of such a goal.
+        with_bin: the same case with a bin, which is run in its place unless reached debris is to be deleted.
     """
 
     name: str
@@ -33,13 +36,29 @@ class Case:
     everybody: bool = False
     refusals: bool = False
     may_fail: bool = False
+    with_bin: str = ""
+
+    def for_layout(self, own: bool, removal: Removal) -> Case:
+        """What is demanded of a layout, the scene file's own or one that a seed draws.
+
+        Where debris is carried to a bin, one robot may well bring all of it in a layout that nobody chose, and no path
+        needs to change: then only the goals and the pauses count.
+        """
+        return self if own or removal is not Removal.BIN else dataclasses.replace(self, min_replans=0, everybody=False)
 
 
 CASES: Mapping[str, Case] = {
     case.name: case
     for case in (
-        Case("1m1ma", "one robot, one debris on the part, the HC10 sanding", 180.0, min_pauses=1),
-        Case("2m1ma", "two robots, two debris that slip, the HC10 sanding", 300.0, min_replans=1, everybody=True),
+        Case("1m1ma", "one robot, one debris on the part, the HC10 sanding", 180.0, min_pauses=1, with_bin="1m1ma_bin"),
+        Case(
+            "2m1ma",
+            "two robots, two debris that slip, the HC10 sanding",
+            300.0,
+            min_replans=1,
+            everybody=True,
+            with_bin="2m1ma_bin",
+        ),
         Case("1m1ma_bin", "one robot with a hand carries one debris to a bin, the HC10 sanding", 240.0, min_pauses=1),
         Case(
             "2m1ma_bin",

@@ -23,6 +23,10 @@ class WaypointRow:
         x_m: where the end effector is sent, metres, world.
         y_m: metres, world.
         yaw_rad: heading, rad, world.
+        verdict: what the checker says of the step; empty when the Commander told nothing of it.
+        clearance_m: least distance to anything but the robot's goals until its next waypoint (ground truth), metres;
+            NaN when nothing came within the simulator's range.
+        nearest: what it was nearest to then.
     """
 
     time_s: float
@@ -34,6 +38,9 @@ class WaypointRow:
     x_m: float
     y_m: float
     yaw_rad: float
+    verdict: str = ""
+    clearance_m: float = math.nan
+    nearest: str = ""
 
 
 @dataclass(frozen=True)
@@ -126,6 +133,9 @@ class GoalRecord:
         status: last status the Commander gave it.
         reason: why it was not reached; empty when it was.
         bin: the bin it lies in at the end, at rest and in nobody's hand (ground truth); empty for none.
+        seen_s: simulated time the Commander first saw it, s since the mission began; NaN when it never did.
+        cameras: by which cameras, and where; empty when it never did.
+        why: why its robot was given it, and no other.
     """
 
     name: str
@@ -137,6 +147,9 @@ class GoalRecord:
     status: str = ""
     reason: str = ""
     bin: str = ""
+    seen_s: float = math.nan
+    cameras: str = ""
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -180,11 +193,76 @@ class PauseRecord:
         manipulator: its name.
         start_s: simulated time it was told to pause, s since the mission began.
         end_s: simulated time it was told to go on; NaN when it never was.
+        cause: what was near its tool, and how near; empty when the Commander told nothing of it.
     """
 
     manipulator: str
     start_s: float
     end_s: float = math.nan
+    cause: str = ""
+
+    @property
+    def length_s(self) -> float:
+        """How long it took, s; NaN when it never ended."""
+        return self.end_s - self.start_s
+
+
+@dataclass(frozen=True)
+class DecisionRow:
+    """One entry of the Commander's ledger.
+
+    Attributes:
+        number: from 1.
+        time_ms: simulated time, ms since the mission began.
+        kind: as in Decision.msg.
+        robot: whom it is about; empty for nobody in particular.
+        goal: the goal it is about; empty for none.
+        text: what exactly, and why.
+    """
+
+    number: int
+    time_ms: int
+    kind: str
+    robot: str
+    goal: str
+    text: str
+
+
+@dataclass(frozen=True)
+class SquareRow:
+    """One square of a part's top, and whether it was sanded (ground truth).
+
+    Attributes:
+        manipulator: whose part it is on.
+        row: of the square, along x of the station.
+        column: of the square, along y.
+        x_m: its middle, metres, world.
+        y_m: metres, world.
+        sanded_s: simulated time the tool was first over its middle, s since the mission began (negative: before); NaN
+            when it never was.
+        speed_mps: speed of the tool when it was nearest to the middle, m/s; NaN when it never was over it.
+        tilt_deg: angle of the tool to the part's normal then, deg; NaN likewise.
+        reason: why it was not sanded; empty when it was.
+    """
+
+    manipulator: str
+    row: int
+    column: int
+    x_m: float
+    y_m: float
+    sanded_s: float = math.nan
+    speed_mps: float = math.nan
+    tilt_deg: float = math.nan
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class PlannedWay:
+    """The first way that was planned for a robot to a goal: columns of the grid."""
+
+    robot: str
+    goal: str
+    columns: Tuple[Tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
@@ -275,6 +353,9 @@ class RunRecord:
         waypoints: every waypoint sent.
         path: where the robots really went.
         timing: every planning step.
+        decisions: the Commander's ledger of the mission.
+        squares: the parts' tops.
+        planned: the first way planned for each robot to each goal.
     """
 
     info: RunInfo
@@ -289,3 +370,6 @@ class RunRecord:
     waypoints: Tuple[WaypointRow, ...] = ()
     path: Tuple[PathRow, ...] = ()
     timing: Tuple[TimingRow, ...] = ()
+    decisions: Tuple[DecisionRow, ...] = ()
+    squares: Tuple[SquareRow, ...] = ()
+    planned: Tuple[PlannedWay, ...] = ()

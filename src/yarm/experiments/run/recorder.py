@@ -8,12 +8,16 @@ from typing import Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
 from yarm.commander.events import TaskState
 from yarm.experiments.run.cases import Case
+from yarm.experiments.run.ledger import Told
+from yarm.experiments.run.nearness import Nearness
 from yarm.experiments.run.record import (
     ContactTally,
+    DecisionRow,
     GoalRecord,
     NodeUsage,
     PathRow,
     PauseRecord,
+    PlannedWay,
     RobotRecord,
     RunInfo,
     RunRecord,
@@ -22,6 +26,7 @@ from yarm.experiments.run.record import (
     WaypointRow,
 )
 from yarm.experiments.run.scoring import goes_to_bin, judge
+from yarm.experiments.run.squares import PartSquares
 from yarm.experiments.run.track import Track
 from yarm.experiments.statistics import percentile
 from yarm.geometry import GridSpec
@@ -91,6 +96,7 @@ class Recorder:
         self._contacts: Dict[Tuple[Tuple[str, str], str], ContactTally] = {}
         self._goal_xy: Dict[str, Tuple[float, float]] = {}
         self._bins: Dict[str, str] = {}
+        self._parts: Dict[str, PartSquares] = {}
         self._forget(start_s)
 
     def _forget(self, start_s: float) -> None:
@@ -105,7 +111,9 @@ class Recorder:
         self._paths: Dict[str, Tuple[str, Cells]] = {}
         self._steps = StepTally()
         self._replans: Dict[str, int] = {}
-        self._clearance: Dict[str, Tuple[float, str]] = {}
+        self._nearness = Nearness()
+        self._decisions: List[DecisionRow] = []
+        self._planned: Dict[Tuple[str, str], PlannedWay] = {}
         self._pauses: List[PauseRecord] = []
         self._goals: Dict[str, GoalRecord] = {}
         self._given: Dict[str, Set[str]] = {}
@@ -117,6 +125,8 @@ class Recorder:
         last = self._last
         self._forget(now_s)
         self._contacts = kept
+        for part in self._parts.values():
+            part.shift(shift)
         for row in last.values():
             self.pose(now_s, row.robot, row.x_m, row.y_m, row.yaw_rad)
 
@@ -187,6 +197,9 @@ class Recorder:
         if before is not None and before[0] == sample.goal and not _continues(before[1], sample.path):
             self._replans[sample.robot] = self._replans.get(sample.robot, 0) + 1
         self._paths[sample.robot] = (sample.goal, sample.path)
+        if sample.goal and sample.path:
+            way = PlannedWay(sample.robot, sample.goal, sample.path)
+            self._planned.setdefault((sample.robot, sample.goal), way)
         self._timing.append(
             TimingRow(
                 self._since(now_s),
@@ -216,12 +229,35 @@ class Recorder:
                 tally = replace(tally, links=links, depth_m=sample.depth_m)
             self._contacts[(pair, kind)] = replace(tally, messages=tally.messages + 1)
 
-    def clearance(self, robot: str, nearest: str, distance_m: float) -> None:
+    def clearance(self, now_s: float, robot: str, nearest: str, distance_m: float) -> None:
         """Least distance of a robot to anything, metres; its own goal does not count."""
-        if nearest in self._given.get(robot, set()) or robot not in self._sent:
-            return
-        if distance_m < self._clearance.get(robot, (math.inf, ""))[0]:
-            self._clearance[robot] = (distance_m, nearest)
+        if nearest not in self._given.get(robot, set()) and robot in self._sent:
+            self._nearness.add(self._since(now_s), robot, nearest, distance_m)
+
+    def decision(self, now_s: float, number: int, kind: str, robot: str, goal: str, text: str) -> None:
+        """An entry of the Commander's ledger; the first one of a mission begins it anew."""
+        if number == 1:
+            self._decisions = []
+        self._decisions.append(DecisionRow(number, round(1e3 * self._since(now_s)), kind, robot, goal, text))
+
+    @property
+    def decisions(self) -> Tuple[DecisionRow, ...]:
+        """The ledger so far."""
+        return tuple(self._decisions)
+
+    def follow_parts(self, parts: Iterable[PartSquares]) -> None:
+        """The parts that manipulators work on."""
+        self._parts = {part.manipulator: part for part in parts}
+
+    def tool(self, now_s: float, name: str, flange: Sequence[float], axis: Sequence[float]) -> None:
+        """A manipulator that is on its raster: its flange, metres, and the direction its tool looks in, world."""
+        if name in self._parts:
+            self._parts[name].tool(self._since(now_s), flange, axis)
+
+    def sander(self, name: str, words: str, progress: float) -> None:
+        """What a manipulator does, in words, and the share of its raster that is done."""
+        if name in self._parts:
+            self._parts[name].note(words, progress)
 
     def manipulator(self, now_s: float, name: str, moving: bool) -> None:
         """A manipulator was told to move, or to pause."""
@@ -260,7 +296,10 @@ class Recorder:
             arrival_limit_m: largest horizontal distance of an end effector from a goal it is said to have reached.
             usage: cost of each node.
         """
-        goals = tuple(self._scored(goal, info, arrival_limit_m) for goal in self.goals)
+        told = Told(self._decisions)
+        goals = tuple(told.of_goal(self._scored(goal, info, arrival_limit_m)) for goal in self.goals)
+        pauses = tuple(told.of_pause(pause) for pause in self.pauses)
+        waypoints = [self._with_clearance(told.of_waypoint(row)) for row in map(self._with_goal, self._waypoints)]
         contacts = tuple(sorted(self._contacts.values(), key=lambda c: (c.kind != ContactKind.FAILURE, c.pair, c.kind)))
         robots = tuple(self._robot(name, goals) for name in sorted(self._robots))
         faults = judge(info, case, robots, goals, contacts, self.pauses, arrival_limit_m)
@@ -271,12 +310,15 @@ class Recorder:
             robots,
             goals,
             contacts,
-            self.pauses,
+            pauses,
             tuple(sorted(usage, key=lambda u: -u.cpu_share)),
             self._steps,
-            tuple(sorted(map(self._with_goal, self._waypoints), key=lambda row: (row.time_s, row.robot))),
+            tuple(sorted(waypoints, key=lambda row: (row.time_s, row.robot))),
             self._track.rows(),
             tuple(sorted(map(self._with_index, self._timing), key=lambda row: (row.time_s, row.robot))),
+            self.decisions,
+            tuple(row for _, part in sorted(self._parts.items()) for row in part.rows(pauses)),
+            tuple(way for _, way in sorted(self._planned.items())),
         )
 
     def _scored(self, goal: GoalRecord, info: RunInfo, arrival_limit_m: float) -> GoalRecord:
@@ -292,6 +334,12 @@ class Recorder:
         plans = [p for p in self._timing if p.robot == row.robot and p.time_s <= row.time_s + TOGETHER_S]
         return replace(row, goal=plans[-1].goal) if plans else row
 
+    def _with_clearance(self, row: WaypointRow) -> WaypointRow:
+        """A waypoint and the least clearance until the robot's next one."""
+        later = [w.time_s for w in self._waypoints if w.robot == row.robot and w.index == row.index + 1]
+        clearance_m, nearest = self._nearness.least(row.robot, row.time_s, later[0] if later else math.inf)
+        return replace(row, clearance_m=clearance_m if nearest else math.nan, nearest=nearest)
+
     def _with_index(self, row: TimingRow) -> TimingRow:
         """A plan and how many waypoints its robot had been sent before."""
         before = [w for w in self._waypoints if w.robot == row.robot and w.time_s < row.time_s - TOGETHER_S]
@@ -301,7 +349,7 @@ class Recorder:
         mine = sorted((g for g in goals if g.robot == name), key=lambda g: g.declared_s)
         reached = [g for g in mine if g.reached]
         planning = [row.planning_ms for row in self._timing if row.robot == name]
-        clearance, nearest = self._clearance.get(name, (math.inf, ""))
+        clearance, nearest = self._nearness.least(name)
         return RobotRecord(
             name,
             tuple(g.name for g in reached),

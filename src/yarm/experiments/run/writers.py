@@ -1,4 +1,4 @@
-"""Writes one experiment's results: ``summary.yaml``, ``waypoints.csv``, ``path.csv`` and ``timing.csv``."""
+"""Writes one experiment's results: ``summary.yaml`` and the tables."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import Any, Dict, Mapping, Protocol, Sequence, Tuple, Type
 
 import yaml
 
-from yarm.experiments.run.record import PathRow, RunRecord, TimingRow, WaypointRow
+from yarm.experiments.run.ledger import ledger_hash
+from yarm.experiments.run.record import DecisionRow, PathRow, RunRecord, SquareRow, TimingRow, WaypointRow
 
-TABLES = ("waypoints", "path", "timing")
+TABLES = ("waypoints", "path", "timing", "decisions", "squares")
 FILES = ("summary.yaml", *(f"{name}.csv" for name in TABLES))
 
 CUT_SHORT = "ROS is shutting down"
@@ -38,6 +39,8 @@ def write_run(record: RunRecord, folder: Path) -> None:
     write_rows(folder / "waypoints.csv", WaypointRow, record.waypoints)
     write_rows(folder / "path.csv", PathRow, record.path)
     write_rows(folder / "timing.csv", TimingRow, record.timing)
+    write_rows(folder / "decisions.csv", DecisionRow, record.decisions)
+    write_rows(folder / "squares.csv", SquareRow, record.squares)
 
 
 def write_rows(path: Path, cls: Type[Any], rows: Sequence[Any]) -> None:
@@ -93,6 +96,7 @@ def summary_of(record: RunRecord) -> Dict[str, Any]:
         "contacts": [plain_values(dataclasses.asdict(tally)) for tally in record.contacts],
         "pauses": [plain_values(dataclasses.asdict(pause)) for pause in record.pauses],
         "steps": plain_values(dataclasses.asdict(record.steps)),
+        "decisions": {"count": len(record.decisions), "hash": ledger_hash(record.decisions)},
         "nodes": [plain_values(dataclasses.asdict(usage)) for usage in record.usage],
         **tail,
     }

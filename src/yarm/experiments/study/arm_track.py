@@ -7,7 +7,7 @@ import os
 import tempfile
 from functools import lru_cache
 from pathlib import Path
-from typing import List
+from typing import List, Sequence
 
 import numpy as np
 
@@ -30,6 +30,11 @@ def arm_of(share: float) -> ArmPlayer:
     """The HC10 at work, so much of its raster done, 0 to 1."""
     track = raster_track()
     return ArmPlayer(_model(), track, share * track.length_s)
+
+
+def folded_points(joints: Sequence[float]) -> FloatArray:
+    """Points (n, 3) on the HC10's links at joints (6,), rad; metres, frame of its station."""
+    return _model().points(np.array(joints))
 
 
 @lru_cache(maxsize=1)

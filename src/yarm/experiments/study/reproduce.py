@@ -55,7 +55,9 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--study", choices=STUDIES, action="append", help="only this one; may be repeated")
     options.add_argument("--planner", choices=PLANNERS, action="append", help="only this planner; may be repeated")
     options.add_argument("--arenas", type=int, default=100, help="of the exploration study, kinds alternating")
-    options.add_argument("--controller", action="append", help="of the exploration study, only this; may be repeated")
+    options.add_argument(
+        "--controller", action="append", help="of the explorations and inspections, only this; may be repeated"
+    )
     slam_options(options)
     inspect_options(options)
     tag_options(options)

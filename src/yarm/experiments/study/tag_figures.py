@@ -99,10 +99,11 @@ def plot_spread(folder: Path, count: int = SPREAD) -> Path:
         rows.append((number, seen.good, seen.area_px2, seen.share))
     write_rows(folder / "tag_spread.csv", ["picture", "good", "area_px2", "share"], rows)
     figure, axes = new_figure(11.0, 3.4, 3)
-    for axis, column, name in zip(axes, (1, 2, 3), ("good matches", "area, px2", "good matches / keypoints")):
-        values = np.array([row[column] for row in rows], dtype=float)
+    shown = ((1, 1.0, "good matches"), (2, 1e-3, "area, 1000 px2"), (3, 1.0, "good matches / keypoints"))
+    for axis, (column, unit, name) in zip(axes, shown):
+        values = unit * np.array([row[column] for row in rows], dtype=float)
         axis.hist(values, bins=20, color="tab:blue")
-        axis.set(xlabel=name, title=f"{values.mean():.3g} +- {values.std():.2g}")
+        axis.set(xlabel=name, title=f"{values.mean():.4g} +- {values.std():.2g}")
     axes[0].set_ylabel(f"pictures of {count}")
     return save_figure(figure, folder / "tag_spread.png")
 

@@ -18,6 +18,8 @@ from yarm.tags.calibration import BLANK, UNKNOWN
 from yarm.tags.evidence import ACCEPTING
 
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
+CROWDED = 0.05
+"""Counts beside points of the calibration's figure that are nearer to each other than this stand below each other."""
 CLEAR_SHARE, CLEAR_M, CLEAR_DEG = 0.5, 0.8, 45.0
 """A view that must be right: so much of the tag, so near, so little from the side."""
 NO_LINE = -9
@@ -136,11 +138,14 @@ def plot_calibration(results: Sequence[ViewResult], folder: Path) -> Path:
         writer.writerows([b.low, b.high, f"{b.mean:.5f}", f"{b.right:.5f}", b.count] for b in bins)
     figure, (axis,) = new_figure(5.6, 4.8)
     axis.plot([0, 1], [0, 1], ":", color="tab:grey")
-    for b in bins:
+    crowded = 0
+    for before, b in zip([None, *bins], bins):
+        crowded = crowded + 1 if before is not None and b.mean - before.mean < CROWDED else 0
         low, high = Proportion(round(b.right * b.count), b.count).interval
         bounds = [[max(0.0, b.right - low)], [max(0.0, high - b.right)]]
         axis.errorbar([b.mean], [b.right], bounds, fmt="o", color="tab:blue", capsize=3)
-        axis.annotate(str(b.count), (b.mean, b.right), xytext=(5, -11), textcoords="offset points", fontsize=8)
+        beside = (5, -11 - 9 * crowded)
+        axis.annotate(str(b.count), (b.mean, b.right), xytext=beside, textcoords="offset points", fontsize=8)
     error = expected_error(bins)
     title = f"{sum(b.count for b in bins)} answers, expected error {error:.4f}"
     axis.set(xlabel="probability given", ylabel="share that was right, 95 %", title=title)

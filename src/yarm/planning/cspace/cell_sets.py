@@ -60,7 +60,7 @@ class Layout:
     def set_of_columns(self, columns: npt.ArrayLike) -> ColumnSet:
         """Set of columns (n, 2), each at most ``border`` outside the grid."""
         xy = np.asarray(columns, dtype=np.int64).reshape(-1, 2)
-        return _pack(self._bits(xy[:, 0], xy[:, 1]), self.size)
+        return _pack(self.bits(xy[:, 0], xy[:, 1]), self.size)
 
     def set_of_image(self, image: BoolArray) -> ColumnSet:
         """Set of a boolean image (gx, gy)."""
@@ -91,10 +91,7 @@ class Layout:
         gz = self.shape[2]
         inside = (cells[:, 2] >= 0) & (cells[:, 2] < gz)
         x, y, z = cells[inside].T
-        flags = np.zeros((gz, self.size), dtype=np.uint8)
-        flags[z, self._bits(x, y)] = 1
-        packed = np.packbits(flags, axis=1, bitorder="little")
-        return tuple(int.from_bytes(row.tobytes(), "little") for row in packed)
+        return self.sets_of_bits(z, self.bits(x, y), gz)
 
     def set_of_grid(self, occupied: BoolArray) -> CellSet:
         """The set of a boolean grid (gx, gy, gz)."""
@@ -115,7 +112,15 @@ class Layout:
         """Number of bits of a set of columns."""
         return (self.shape[0] + 2 * self.border) * self.stride
 
-    def _bits(self, x: IntArray, y: IntArray) -> IntArray:
+    def sets_of_bits(self, which: IntArray, bits: IntArray, count: int) -> Tuple[ColumnSet, ...]:
+        """So many sets of columns from numbers of bits (n,) and the number (n,) of the set that each is in."""
+        flags = np.zeros((count, self.size), dtype=np.uint8)
+        flags[which, bits] = 1
+        packed = np.packbits(flags, axis=1, bitorder="little")
+        return tuple(int.from_bytes(row.tobytes(), "little") for row in packed)
+
+    def bits(self, x: IntArray, y: IntArray) -> IntArray:
+        """Numbers of the bits of columns x (n,), y (n,)."""
         bits: IntArray = (x + self.border) * self.stride + y + self.border
         return bits
 

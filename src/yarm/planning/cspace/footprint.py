@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, Iterable, List, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import FloatArray, IntArray, Mask
+from yarm.geometry import BoolArray, FloatArray, IntArray, Mask
 from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, Layout, band_rows, bits_of, dilated, shifted, smear
 
 Group = Tuple[int, ColumnSet]
@@ -20,7 +20,10 @@ Turn = Tuple[float, float, float, float]
 
 ARC_CELLS = 0.1
 """Largest way of a shape's outermost point between two sampled angles of a turn, cells."""
+_AT_ONCE = 64
+"""Columns turned at once: more take no less time each, and memory."""
 _RIGHT_ANGLE = 0.5 * math.pi
+_SAME_RAD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +63,15 @@ class Shape:
     @cached_property
     def bounds(self) -> Tuple[int, int, int, int]:
         """Least and greatest relative x, least and greatest relative y."""
-        columns = columns_of(self.column_set or 1 << self.layout.bit(0, 0), self.layout)
-        xs, ys = [x for x, _ in columns], [y for _, y in columns]
-        return min(xs), max(xs), min(ys), max(ys)
+        stride, border = self.layout.stride, self.layout.border
+        columns = self.column_set or 1 << self.layout.bit(0, 0)
+        low, high = ((columns & -columns).bit_length() - 1) // stride, (columns.bit_length() - 1) // stride
+        rows, folded = columns >> low * stride, 0
+        while rows:
+            folded |= rows & (1 << stride) - 1
+            rows >>= stride
+        first, last = (folded & -folded).bit_length() - 1, folded.bit_length() - 1
+        return low - border, high - border, first - border, last - border
 
     @cached_property
     def reach(self) -> float:
@@ -157,32 +166,46 @@ class Shape:
             angle_rad: angle turned from there, positive; 0 for the shape at the first angle alone.
             resolution: size of a cell, m.
         """
-        quarter = round(start_rad / _RIGHT_ANGLE)
-        if resolution[0] != resolution[1] or abs(start_rad - quarter * _RIGHT_ANGLE) >= 1e-6:
+        if resolution[0] != resolution[1]:
             return self._covered((start_rad, angle_rad, float(resolution[0]), float(resolution[1])))
-        if angle_rad not in self._from_here:
-            self._from_here[angle_rad] = self._covered((0.0, angle_rad, float(resolution[0]), float(resolution[1])))
-        return self._from_here[angle_rad].turned_by_quarters(quarter % 4)
+        quarters = math.floor((start_rad + _SAME_RAD) / _RIGHT_ANGLE)
+        rest = start_rad - quarters * _RIGHT_ANGLE
+        turn = (0.0 if abs(rest) < _SAME_RAD else round(rest, 9), angle_rad)
+        if turn not in self._from_here:
+            self._from_here[turn] = self._covered((*turn, float(resolution[0]), float(resolution[1])))
+        return self._from_here[turn].turned_by_quarters(quarters % 4)
 
     def turned_by_quarters(self, quarters: int) -> Shape:
         """The shape turned about the end effector by right angles, counter-clockwise; cells are squares."""
         if quarters == 0:
             return self
         layout = self.layout
-        turned = [layout.set_of_window(np.rot90(layout.window_of_set(columns), quarters)) for _, columns in self.groups]
+        turned = [layout.set_of_window(np.rot90(window, quarters)) for window in self._windows]
         return Shape(layout, tuple((bits, columns) for (bits, _), columns in zip(self.groups, turned)))
 
     @cached_property
-    def _from_here(self) -> Dict[float, Shape]:
-        """What the shape covers while it turns from its present heading by some angles."""
+    def _from_here(self) -> Dict[Tuple[float, float], Shape]:
+        """What the shape covers in turns that start in the first quarter, by start and angle; the rest is symmetry."""
         return {}
 
+    @cached_property
+    def _windows(self) -> List[BoolArray]:
+        """Image of each group."""
+        return [self.layout.window_of_set(columns) for _, columns in self.groups]
+
+    @cached_property
+    def _columns(self) -> List[List[Tuple[int, int]]]:
+        """Columns (x, y) of each group."""
+        return [columns_of(columns, self.layout) for _, columns in self.groups]
+
     def _covered(self, turn: Turn) -> Shape:
+        table = _turned_columns(turn, self.layout)
+        table.add(column for columns in self._columns for column in columns)
         groups = []
-        for bits, columns in self.groups:
+        for (bits, _), columns in zip(self.groups, self._columns):
             covered = 0
-            for x, y in columns_of(columns, self.layout):
-                covered |= _turned_column(x, y, turn, self.layout)
+            for column in columns:
+                covered |= table[column]
             groups.append((bits, covered))
         return Shape(self.layout, tuple(groups))
 
@@ -212,40 +235,66 @@ def border_for(masks: Sequence[Mask]) -> int:
     return math.ceil(reach) + 3
 
 
-@lru_cache(maxsize=32768)
-def _turned_column(x: int, y: int, turn: Turn, layout: Layout) -> ColumnSet:
-    """Columns overlapped by one column turned about the origin.
+class _TurnedColumns:
+    """Columns overlapped by a column turned about the origin, found for many at once when first asked for, and kept.
 
-    Args:
-        x: the column's x before the turn.
-        y: the column's y before the turn.
-        turn: see ``Turn``.
-        layout: of the sets.
-
-    Between two sampled angles a point is at most ``between`` further out than at the nearer one, so what is touched
+    Between two sampled angles a point is at most ``wider`` further out than at the nearer one, so what is touched
     between two samples is found too.
     """
-    start, angle, *size = turn
-    if start == 0.0 and angle == 0.0:
-        return 1 << layout.bit(x, y)
+
+    def __init__(self, turn: Turn, layout: Layout) -> None:
+        """Of every column on one turn, see ``Turn``."""
+        self._turn, self._layout = turn, layout
+        self._known: Dict[Tuple[int, int], ColumnSet] = {}
+
+    def __getitem__(self, column: Tuple[int, int]) -> ColumnSet:
+        """Columns that one overlaps, x and y before the turn; it has been added."""
+        return self._known[column]
+
+    def add(self, columns: Iterable[Tuple[int, int]]) -> None:
+        """Find what some columns overlap that are not known yet."""
+        missing = sorted({column for column in columns if column not in self._known})
+        start, angle, *size = self._turn
+        if start == 0.0 and angle == 0.0:
+            self._known.update({column: 1 << self._layout.bit(*column) for column in missing})
+        elif missing:
+            for part in range(0, len(missing), _AT_ONCE):
+                self._find(missing[part : part + _AT_ONCE], start, angle, size)
+
+    def _find(self, columns: List[Tuple[int, int]], start: float, angle: float, size: Sequence[float]) -> None:
+        samples = [_samples(x, y, start, angle, size) for x, y in columns]
+        owner = np.repeat(np.arange(len(columns)), [len(angles) for angles, _ in samples])
+        angles, wider = (np.concatenate(parts) for parts in zip(*samples))
+        centres = np.array(columns)[owner] * np.asarray(size)
+        whose, bits = _overlapped(centres, angles, wider, size, self._layout)
+        self._known.update(zip(columns, self._layout.sets_of_bits(owner[whose], bits, len(columns))))
+
+
+@lru_cache(maxsize=128)
+def _turned_columns(turn: Turn, layout: Layout) -> _TurnedColumns:
+    return _TurnedColumns(turn, layout)
+
+
+def _samples(x: int, y: int, start: float, angle: float, size: Sequence[float]) -> Tuple[FloatArray, FloatArray]:
+    """Angles (a,) at which a column is looked at on a turn, rad, and by how much it is taken wider (a,), m."""
     reach = math.hypot((abs(x) + 0.5) * size[0], (abs(y) + 0.5) * size[1])
     count = math.ceil(abs(angle) * reach / (ARC_CELLS * min(size)))
-    angles = start + np.linspace(0.0, angle, count + 1)
-    between = reach * (angle / max(count, 1) / 2.0) ** 2 / 2.0
-    wider = np.full(count + 1, between)
+    wider = np.full(count + 1, reach * (angle / max(count, 1) / 2.0) ** 2 / 2.0)
     wider[[0, -1]] = -1e-6
-    return layout.set_of_columns(_overlapped((x * size[0], y * size[1]), angles, wider, size))
+    return start + np.linspace(0.0, angle, count + 1), wider
 
 
-def _overlapped(centre: Tuple[float, float], angles: FloatArray, wider: FloatArray, size: Sequence[float]) -> IntArray:
-    """Columns (k, 2), some repeated, overlapped by a cell at ``centre`` turned about the origin by the angles (a,).
+def _overlapped(
+    centres: FloatArray, angles: FloatArray, wider: FloatArray, size: Sequence[float], layout: Layout
+) -> Tuple[IntArray, IntArray]:
+    """Which of the cells at ``centres`` (a, 2), each turned by its angle (a,), overlap which columns: (k,), bits (k,).
 
     Two rectangles overlap when their shadows do on each of their four sides' directions (separating axes: S.
     Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996); ``wider`` (a,), m, is added to the shadows.
     """
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     c, s = np.abs(cos), np.abs(sin)
-    x, y = cos * centre[0] - sin * centre[1], sin * centre[0] + cos * centre[1]
+    x, y = cos * centres[:, :1] - sin * centres[:, 1:], sin * centres[:, :1] + cos * centres[:, 1:]
     ix = np.rint(x / size[0]).astype(np.int64) + np.repeat(np.arange(-1, 2), 3)
     iy = np.rint(y / size[1]).astype(np.int64) + np.tile(np.arange(-1, 2), 3)
     dx, dy = ix * size[0] - x, iy * size[1] - y
@@ -254,4 +303,4 @@ def _overlapped(centre: Tuple[float, float], angles: FloatArray, wider: FloatArr
     limit_y = half_y + s * half_x + c * half_y + wider[:, None]
     hit = (np.abs(dx) < limit_x) & (np.abs(dy) < limit_y)
     hit &= (np.abs(cos * dx + sin * dy) < limit_x) & (np.abs(cos * dy - sin * dx) < limit_y)
-    return np.stack([ix[hit], iy[hit]], axis=-1)
+    return np.nonzero(hit)[0], layout.bits(ix[hit], iy[hit])

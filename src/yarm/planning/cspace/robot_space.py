@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Callable, Dict, Optional, Sequence, Tuple, TypeVar
+from typing import Callable, Dict, List, Optional, Sequence, Tuple, TypeVar
 
 from yarm.geometry import FloatArray, Mask, wrap_angle
 from yarm.planning.cspace.cell_sets import (
@@ -32,6 +32,8 @@ Pose = Tuple[int, int, int]
 
 SAME_HEADING_RAD = math.radians(0.5)
 _HALF_TURN_RAD = math.radians(179.0)
+_RIGHT_ANGLE = 0.5 * math.pi
+_SAME_TURN_RAD = 1e-6
 
 
 class ShapeCache:
@@ -69,18 +71,41 @@ class Turns:
     angles_rad: Tuple[float, ...]
     rad_per_cell: float
 
+    @property
+    def least_rad(self) -> float:
+        """Angle of the least allowed turn; 0 when there is none."""
+        return min(map(abs, self.angles_rad), default=0.0)
 
-def headings_from(yaw_rad: float, turns: Turns, wanted_rad: Optional[float], limit: int = 36) -> Tuple[float, ...]:
-    """Every heading reachable by allowed turns, the present one first, and the wanted one at the end."""
-    headings = [wrap_angle(yaw_rad)]
+
+def headings_from(
+    yaw_rad: float, turns: Turns, wanted_rad: Optional[float], home_rad: Optional[float] = None, limit: int = 36
+) -> Tuple[float, ...]:
+    """Every heading reachable by allowed turns, the present one first.
+
+    Those reachable so from ``home_rad`` follow when the present one is none of them, and the wanted one is the last.
+    """
+    headings = _closed([wrap_angle(yaw_rad)], turns, limit)
+    if home_rad is not None and turns.angles_rad:
+        home = _closed([wrap_angle(home_rad)], turns, limit)
+        headings += [] if among(headings[0], home) else [other for other in home if not among(other, headings)]
+    if wanted_rad is not None and not among(wanted_rad, headings):
+        headings.append(wrap_angle(wanted_rad))
+    return tuple(headings)
+
+
+def among(heading: float, headings: Sequence[float]) -> bool:
+    """Whether a heading counts as one of several."""
+    return any(abs(wrap_angle(heading - other)) <= SAME_HEADING_RAD for other in headings)
+
+
+def _closed(headings: List[float], turns: Turns, limit: int) -> List[float]:
+    """Headings and what turns lead to from them, in the order in which they are come to; at most so many."""
     for heading in headings:
         for angle in turns.angles_rad:
             new = wrap_angle(heading + angle)
-            if len(headings) < limit and all(abs(wrap_angle(new - other)) > SAME_HEADING_RAD for other in headings):
+            if len(headings) < limit and not among(new, headings):
                 headings.append(new)
-    if wanted_rad is not None and all(abs(wrap_angle(wanted_rad - other)) > SAME_HEADING_RAD for other in headings):
-        headings.append(wrap_angle(wanted_rad))
-    return tuple(headings)
+    return headings
 
 
 def shape_of(mask: Mask, layout: Layout, cache: ShapeCache) -> Shape:
@@ -102,6 +127,8 @@ class RobotSpace:
         resolution: FloatArray,
         cache: ShapeCache,
         wanted: Optional[int] = None,
+        home_rad: Optional[float] = None,
+        mask_at: Optional[Callable[[float], Mask]] = None,
     ) -> None:
         """Space of a robot whose mask holds at ``headings[0]``.
 
@@ -115,6 +142,9 @@ class RobotSpace:
             resolution: size of a cell, m.
             cache: kept shapes.
             wanted: index of a heading that may be reached by any turn; None for none.
+            home_rad: heading from which turns lead to those that may be reached by any turn less than the least allowed
+                one, from headings to which they do not lead; None for none.
+            mask_at: the mask at any heading, rad; None to turn the present one.
         """
         self.start = start
         self.headings = headings
@@ -124,23 +154,53 @@ class RobotSpace:
         self.wanted = wanted
         self._resolution = resolution
         self._cache = cache
+        self._mask_at = mask_at
         self._key = (mask.cells.tobytes(), layout)
         self.shape0: Shape = shape_of(mask, layout, cache)
+        self._shapes: Dict[int, Shape] = {0: self.shape0}
         self._blocked: Dict[int, ColumnSet] = {}
         self._turn_blocked: Dict[Tuple[int, int], ColumnSet] = {}
         self._turn_angles: Dict[Tuple[int, int], Optional[float]] = {}
+        home = () if home_rad is None else headings_from(home_rad, turns, None)
+        self._home = [among(heading, home) for heading in headings]
 
     def shape(self, h: int) -> Shape:
         """Shape at a heading."""
-        if h == 0:
-            return self.shape0
-        return self._turned(wrap_angle(self.headings[h] - self.headings[0]), 0.0)
+        if h not in self._shapes:
+            self._shapes[h] = (
+                self._turned(wrap_angle(self.headings[h] - self.headings[0]), 0.0)
+                if self._mask_at is None
+                else shape_of(self._mask_at(self.headings[h]), self.layout, self._cache)
+            )
+        return self._shapes[h]
 
     def turn_shape(self, h: int, k: int) -> Shape:
         """Union of the shapes while turning from one heading to another; a half turn may go either way round."""
         first = wrap_angle(self.headings[h] - self.headings[0])
         angle = wrap_angle(self.headings[k] - self.headings[h])
-        return self._turned(first, angle if abs(angle) < _HALF_TURN_RAD else 2.0 * math.pi)
+        angle = angle if abs(angle) < _HALF_TURN_RAD else 2.0 * math.pi
+        return self._turned(first, angle) if self._mask_at is None else self._swept_turn(h, k, angle)
+
+    def _swept_turn(self, h: int, k: int, angle: float) -> Shape:
+        """What the shape at one end of a turn covers on the way to the other, the same whichever way it is made."""
+        start, angle = k if angle < 0.0 else h, abs(angle)
+        return self._cache.get(("turn", self.shape(start), round(angle, 6)), lambda: self._turn_from(start, angle))
+
+    def _turn_from(self, start: int, angle: float) -> Shape:
+        """By symmetry from the same turn in the first quarter, where the shape is just the same there."""
+        quarters = math.floor(wrap_angle(self.headings[start]) / _RIGHT_ANGLE)
+        first = self.headings[start] - quarters * _RIGHT_ANGLE
+        same = [r for r, yaw in enumerate(self.headings) if abs(wrap_angle(yaw - first)) < _SAME_TURN_RAD]
+        square = self._resolution[0] == self._resolution[1]
+        if quarters and same and square and self._is_turned(same[0], quarters, start):
+            key = ("turn", self.shape(same[0]), round(angle, 6))
+            turn = self._cache.get(key, lambda: self._turn_from(same[0], angle))
+            return turn.turned_by_quarters(quarters % 4)
+        return self.shape(start).turned(0.0, angle, self._resolution)
+
+    def _is_turned(self, r: int, quarters: int, h: int) -> bool:
+        """Whether the shape at one heading is that at another turned by right angles."""
+        return self.shape(r).turned_by_quarters(quarters % 4).groups == self.shape(h).groups
 
     def _turned(self, first: float, angle: float) -> Shape:
         if angle < 0.0:
@@ -154,7 +214,8 @@ class RobotSpace:
             angle = wrap_angle(self.headings[k] - self.headings[h])
             allowed = any(abs(wrap_angle(angle - turn)) <= SAME_HEADING_RAD for turn in self.turns.angles_rad)
             free_choice = k == self.wanted and abs(angle) < _HALF_TURN_RAD
-            self._turn_angles[h, k] = angle if h != k and (allowed or free_choice) else None
+            back = self._home[k] and not self._home[h] and abs(angle) < self.turns.least_rad
+            self._turn_angles[h, k] = angle if h != k and (allowed or free_choice or back) else None
         return self._turn_angles[h, k]
 
     def blocked(self, h: int) -> ColumnSet:
@@ -165,7 +226,8 @@ class RobotSpace:
         return self._blocked[h]
 
     def turn_blocked(self, h: int, k: int) -> ColumnSet:
-        """Columns where the robot cannot turn from one heading to another."""
+        """Columns where the robot cannot turn from one heading to another, or back."""
+        h, k = min(h, k), max(h, k)
         if (h, k) not in self._turn_blocked:
             shape = self.turn_shape(h, k)
             blocked = shape.blocked_by(self.obstacles) | ~self._inside(shape, False) & self.layout.field
@@ -209,23 +271,12 @@ class RobotSpace:
         """
         theirs = other.shape(other_h)
         border, stride = self.layout.border, self.layout.stride
-        key = (
-            "pair",
-            self._key,
-            other._key,
-            self._relative(h),
-            turn and self._relative(turn),
-            other._relative(other_h),
-        )
+        mine = self.shape(h) if turn is None else self.turn_shape(h, turn)
 
         def make() -> ColumnSet:
-            mine = self.shape(h) if turn is None else self.turn_shape(h, turn)
             return mine.blocked_by(tuple(shifted(layer, border * stride + border) for layer in theirs.inflated))
 
-        return self._cache.get((key, turn is None), make)
-
-    def _relative(self, h: int) -> float:
-        return round(wrap_angle(self.headings[h] - self.headings[0]), 6)
+        return self._cache.get(("pair", mine, theirs), make)
 
 
 class View:
@@ -255,7 +306,8 @@ class View:
         return self._blocked[h]
 
     def turn_blocked(self, h: int, k: int) -> ColumnSet:
-        """Columns where the robot cannot turn."""
+        """Columns where the robot cannot turn from one heading to another, or back."""
+        h, k = min(h, k), max(h, k)
         if (h, k) not in self._turn_blocked:
             self._turn_blocked[h, k] = self.space.turn_blocked(h, k) | self._by_others(h, k)
         return self._turn_blocked[h, k]

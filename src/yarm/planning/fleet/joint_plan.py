@@ -6,11 +6,13 @@ Ayanian, "Persistent and robust execution of MAPF schedules in warehouses", IEEE
 
 from __future__ import annotations
 
-from typing import Collection, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Collection, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from yarm.planning.cspace.cell_sets import CellSet, dilated, overlap
 from yarm.planning.cspace.robot_space import Pose
 from yarm.planning.fleet.fleet import Fleet, Move, Poses
+from yarm.planning.fleet.replanning import waypoint
+from yarm.planning.model.types import PlannedMove
 
 
 def valid(fleet: Fleet, moves: Sequence[Move], robots: Iterable[int]) -> bool:
@@ -36,7 +38,14 @@ class StepChoice:
     now are disjoint, and the moves left still follow the order wherever it matters.
     """
 
-    def __init__(self, fleet: Fleet, moves: Sequence[Move], least_cells: int, off_centre: Collection[int] = ()) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        moves: Sequence[Move],
+        least_cells: int,
+        off_centre: Collection[int] = (),
+        under_way: Optional[Mapping[int, CellSet]] = None,
+    ) -> None:
         """Choose among the moves of a fleet.
 
         Args:
@@ -45,18 +54,20 @@ class StepChoice:
             least_cells: a robot that must wait moves up to the conflict when that is as far as this.
             off_centre: robots that do not stand on their column's centre, so that they really move beside the way
                 planned by less than a cell; two of them moving at once keep one more cell apart.
+            under_way: what is swept by moves being made already, by the robot that makes them; they come before all.
         """
         self._fleet = fleet
         self.moves = list(moves)
         self._least = least_cells
         self._off_centre = off_centre
+        self._under_way = {i: dilated(cells, self._stride(i)) for i, cells in (under_way or {}).items()}
         self._swept: Dict[Move, CellSet] = {}
         self._grown: Dict[Move, CellSet] = {}
 
     def choose(self) -> Dict[int, Pose]:
         """End of the move each robot makes now; robots not named stay. ``moves`` may have been split for it."""
         chosen: Dict[int, Pose] = {}
-        seen = set()
+        seen = set(self._under_way)
         index = 0
         while index < len(self.moves):
             move = self.moves[index]
@@ -68,16 +79,31 @@ class StepChoice:
             index += 1
         return chosen
 
+    def after(self, index: int) -> Tuple[int, ...]:
+        """Indices of the earlier moves of others that a move must not be made before."""
+        move = self.moves[index]
+        earlier = enumerate(self.moves[:index])
+        return tuple(k for k, other in earlier if other.robot != move.robot and self._conflict(move, other))
+
+    def behind(self, move: Move) -> Tuple[int, ...]:
+        """Other robots whose moves under way a move is not disjoint from."""
+        if not any(i != move.robot for i in self._under_way):
+            return ()
+        swept = self._swept_by(move)
+        if move.robot in self._off_centre:
+            swept = dilated(swept, self._stride(move.robot))
+        return tuple(i for i, grown in self._under_way.items() if i != move.robot and overlap(swept, grown))
+
     def _possible(self, index: int) -> Optional[Pose]:
         move = self.moves[index]
         earlier = [other for other in self.moves[:index] if other.robot != move.robot]
-        if not any(self._conflict(move, other) for other in earlier):
+        if not self._held_up(move, earlier):
             return move.end
         if move.start[2] != move.end[2]:
             return None
         for tenths in (8, 6, 4, 2):
             split = self._split(index, tenths / 10.0)
-            if split and not any(self._conflict(split[0], other) for other in earlier):
+            if split and not self._held_up(split[0], earlier):
                 trial = [*self.moves[:index], *split, *self.moves[index + 1 :]]
                 if valid(self._fleet, trial, range(len(self._fleet.spaces))):
                     self.moves = trial
@@ -93,15 +119,34 @@ class StepChoice:
         middle = (ax + dx, ay + dy, h)
         return [Move(move.robot, move.start, middle), Move(move.robot, middle, move.end)]
 
+    def _held_up(self, move: Move, earlier: Iterable[Move]) -> bool:
+        return bool(self.behind(move)) or any(self._conflict(move, other) for other in earlier)
+
     def _conflict(self, one: Move, other: Move) -> bool:
-        if one not in self._swept:
-            self._swept[one] = self._fleet.spaces[one.robot].swept(one.start, one.end)
         if other not in self._grown:
             swept = self._fleet.spaces[other.robot].swept(other.start, other.end)
-            self._grown[other] = dilated(swept, self._fleet.spaces[other.robot].layout.stride)
-        if overlap(self._swept[one], self._grown[other]):
+            self._grown[other] = dilated(swept, self._stride(other.robot))
+        if overlap(self._swept_by(one), self._grown[other]):
             return True
         if one.robot in self._off_centre and other.robot in self._off_centre:
-            stride = self._fleet.spaces[one.robot].layout.stride
-            return overlap(dilated(self._swept[one], stride), self._grown[other])
+            return overlap(dilated(self._swept_by(one), self._stride(one.robot)), self._grown[other])
         return False
+
+    def _swept_by(self, move: Move) -> CellSet:
+        if move not in self._swept:
+            self._swept[move] = self._fleet.spaces[move.robot].swept(move.start, move.end)
+        return self._swept[move]
+
+    def _stride(self, i: int) -> int:
+        return self._fleet.spaces[i].layout.stride
+
+
+def planned_moves(choice: StepChoice, fleet: Fleet, names: Sequence[str]) -> Tuple[PlannedMove, ...]:
+    """The joint plan of a choice, by the robots' names, with who waits for whom."""
+    planned = []
+    for index, move in enumerate(choice.moves):
+        space = fleet.spaces[move.robot]
+        ends = waypoint(move.start, space), waypoint(move.end, space)
+        behind = tuple(names[i] for i in choice.behind(move))
+        planned.append(PlannedMove(names[move.robot], *ends, choice.after(index), behind))
+    return tuple(planned)

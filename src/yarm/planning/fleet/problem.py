@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class PlanningProblem:
         goal = check.assigned_goal(robot, self.request)
         usable = goal if goal is not None and check.goal_fault(robot, self.request) is None else None
         wanted_yaw = None if usable is None else usable.yaw_rad
-        headings = headings_from(robot.yaw_rad, turns, wanted_yaw)
+        headings = headings_from(robot.yaw_rad, turns, wanted_yaw, robot.home_yaw_rad)
         wanted = None
         if wanted_yaw is not None:
             wanted = min(range(len(headings)), key=lambda h: abs(wrap_angle(headings[h] - wanted_yaw)))
@@ -88,7 +88,19 @@ class PlanningProblem:
         start: Pose = (int(robot.column[0]), int(robot.column[1]), 0)
         resolution = self.request.spec.resolution
         self.spaces.append(
-            RobotSpace(robot.mask, start, headings, turns, obstacles, self.layout, resolution, cache, wanted)
+            RobotSpace(
+                robot.mask,
+                start,
+                headings,
+                turns,
+                obstacles,
+                self.layout,
+                resolution,
+                cache,
+                wanted,
+                robot.home_yaw_rad,
+                robot.mask_at,
+            )
         )
         column = None if usable is None else (int(usable.column[0]), int(usable.column[1]))
         self.targets.append(None if column is None else Target(column, wanted))
@@ -111,6 +123,12 @@ class PlanningProblem:
             if robot.position_m is not None
             and math.dist(robot.position_m, spec.column_centre(robot.column)) > CENTRED_M
         ]
+
+    def under_way(self) -> Dict[int, CellSet]:
+        """What the moves being made now sweep, by the index of the robot."""
+        swept = self.request.under_way or {}
+        inside = {name: cells[self.request.spec.contains(cells)] for name, cells in swept.items()}
+        return {i: self.layout.set_of_cells(inside[r.name]) for i, r in enumerate(self.robots) if r.name in inside}
 
     def goal_key(self, i: int) -> GoalKey:
         """What identifies the goal of a robot."""

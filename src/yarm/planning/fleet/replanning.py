@@ -35,11 +35,12 @@ class Memory:
     def recall(self, fleet: Fleet, names: Sequence[str]) -> Optional[List[Move]]:
         """The remembered moves still to be made from where the robots stand; None when they no longer lead there.
 
-        A robot that has reached the end of its first move goes on with the next one; one that is elsewhere makes its
-        first move from where it is. Whether the moves are still free is for ``joint_plan.valid`` to say.
+        A robot that has reached the end of its first move, or of a later one, goes on with the next; one that is
+        elsewhere makes its first move from where it is. Whether the moves are still free is for ``joint_plan.valid``.
         """
         index = {name: i for i, name in enumerate(names)}
         at: Dict[str, Pose] = {name: fleet.starts[i] for name, i in index.items()}
+        made = {name: self._made(name, at[name], fleet.spaces[i]) for name, i in index.items()}
         seen = set()
         moves: List[Move] = []
         for name, start, end in self.moves:
@@ -49,15 +50,23 @@ class Memory:
             goal_pose, start_pose = pose_of(end, space), pose_of(start, space)
             if goal_pose is None:
                 return None
+            if made[name]:
+                made[name] -= 1
+                continue
             first = name not in seen
             seen.add(name)
-            if first and at[name] == goal_pose:
-                continue
             if not first and at[name] != start_pose:
                 return None
             moves.append(Move(index[name], at[name], goal_pose))
             at[name] = goal_pose
         return moves
+
+    def _made(self, robot: str, at: Pose, space: RobotSpace) -> int:
+        """How many of its remembered moves a robot has made that is at a pose."""
+        own = [(start, end) for name, start, end in self.moves if name == robot]
+        if not own or (pose_of(own[0][0], space) == at and pose_of(own[0][1], space) != at):
+            return 0
+        return next((k for k, (_, end) in enumerate(own, 1) if pose_of(end, space) == at), 0)
 
     def keep(self, fleet: Fleet, names: Sequence[str], moves: Sequence[Move]) -> None:
         """Remember a joint plan."""

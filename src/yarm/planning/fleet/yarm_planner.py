@@ -15,7 +15,7 @@ from yarm.params import build
 from yarm.planning.cspace.cell_sets import CellSet
 from yarm.planning.cspace.robot_space import ShapeCache
 from yarm.planning.fleet.fleet import Fleet, Move
-from yarm.planning.fleet.joint_plan import StepChoice, path_of, valid
+from yarm.planning.fleet.joint_plan import StepChoice, path_of, planned_moves, valid
 from yarm.planning.fleet.joint_search import JointSearch
 from yarm.planning.fleet.never_stuck import NeverStuck
 from yarm.planning.fleet.problem import PlanningProblem, explain_failure, turns_of
@@ -82,13 +82,15 @@ class YarmPlanner:
         open_robots = [i for i, robot in enumerate(problem.robots) if problem.targets[i] and robot.name not in plans]
         fleet.restrict(open_robots)
         moves, rounds = self._moves(problem, fleet, open_robots, kept, rng)
-        plans.update(self._steps(problem, fleet, open_robots, moves))
+        choice = StepChoice(fleet, moves, self.params.least_step_cells, problem.off_centre(), problem.under_way())
+        plans.update(self._steps(problem, fleet, open_robots, choice))
         status, reason = check.worst(plans)
         if status is PlanStatus.TIMEOUT and self._never_stuck.proof:
             status = PlanStatus.INFEASIBLE
         elapsed = 1e3 * (time.perf_counter() - began)
         shares = {name: dataclasses.replace(p, planning_ms=elapsed / len(plans)) for name, p in plans.items()}
-        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap)
+        ordered = () if request.under_way is None else planned_moves(choice, fleet, [r.name for r in problem.robots])
+        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap, ordered)
 
     def _roadmap(self, problem: PlanningProblem, rng: np.random.Generator) -> Roadmap:
         gx, gy, _ = problem.request.spec.shape
@@ -190,9 +192,8 @@ class YarmPlanner:
         return self._entered.get(places, 0) > MOST_ENTERED
 
     def _steps(
-        self, problem: PlanningProblem, fleet: Fleet, open_robots: Sequence[int], moves: List[Move]
+        self, problem: PlanningProblem, fleet: Fleet, open_robots: Sequence[int], choice: StepChoice
     ) -> Dict[str, RobotPlan]:
-        choice = StepChoice(fleet, moves, self.params.least_step_cells, problem.off_centre())
         steps = choice.choose()
         names = [robot.name for robot in problem.robots]
         self._memory.keep(fleet, names, choice.moves)

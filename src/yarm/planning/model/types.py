@@ -6,9 +6,10 @@ from one waypoint to the next is taken as occupied during the whole step.
 
 What makes a step safe (the promise of ``yarm``, and what the checker verifies):
 
-- *Sweep* of a robot: the cells of its mask at the start, at every angle of the turn, and along the translation of the
-  turned mask: every cell that a mask cell, a unit square, overlaps on the straight line between the two column centres
-  (a diagonal move takes both cells beside it). A robot that stays, with a goal or without, sweeps the cells it has.
+- *Sweep* of a robot: the cells of its mask at the start, at every angle of the turn, and along the translation of its
+  mask at the new heading (``Robot.mask_at``; without it, of the turned mask): every cell that a mask cell, a unit
+  square, overlaps on the straight line between the two column centres (a diagonal move takes both cells beside it). A
+  robot that stays, with a goal or without, sweeps the cells it has.
 - *Robot-less map*: ``PlanRequest.occupied`` without the cells of assigned goals.
 - A sweep never overlaps an occupied cell of the robot-less map, nor another robot's sweep.
 - Margin: no cell of a sweep is one of the 26 neighbours of an occupied cell, or of a cell of another robot's sweep.
@@ -25,7 +26,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Collection, Mapping, Optional, Protocol, Sequence, Tuple
+from typing import Callable, Collection, Mapping, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -72,6 +73,10 @@ class Robot:
         mask: its cells relative to the end effector's column at this heading; may reach out of the grid.
         position_m: end effector x, y, metres, world; None for the centre of its column.
         carries: name of what it has in its hand, also in its mask; empty for nothing.
+        home_yaw_rad: heading whose turns it keeps to, rad, world: between two headings that they lead to (a turn of its
+            was cut off, something pushed it) it may turn to either of them. None for none.
+        mask_at: its mask at any heading, rad, ``mask`` at its present one. None when only that one is known: it is then
+            turned, cells and all, so that it grows, and where a robot may go depends on the heading it has.
     """
 
     name: str
@@ -80,6 +85,8 @@ class Robot:
     mask: Mask
     position_m: Optional[Tuple[float, float]] = None
     carries: str = ""
+    home_yaw_rad: Optional[float] = None
+    mask_at: Optional[Callable[[float], Mask]] = None
 
     @property
     def cells(self) -> IntArray:
@@ -123,6 +130,9 @@ class PlanRequest:
         assignments: name of the goal of each robot that has one.
         objects: cells (n, 3) of everything else by name, for reasons that name it.
         forbidden: (gx, gy) columns that no cell of an assigned robot may enter (mode BOUNDED); None for none.
+        under_way: cells (n, 3) swept by the moves being made now, by robot; these robots are in ``robots`` where their
+            moves end, and stand somewhere in these cells. None when everybody stands; ``FleetPlan.moves`` is then not
+            asked for.
     """
 
     spec: GridSpec
@@ -132,6 +142,7 @@ class PlanRequest:
     assignments: Mapping[str, str]
     objects: Mapping[str, IntArray] = field(default_factory=dict)
     forbidden: Optional[BoolArray] = None
+    under_way: Optional[Mapping[str, IntArray]] = None
 
 
 def without_robots(spec: GridSpec, occupied: BoolArray, robots: Sequence[Robot]) -> BoolArray:
@@ -162,6 +173,25 @@ class Waypoint:
 
     column: Column
     yaw_rad: float
+
+
+@dataclass(frozen=True)
+class PlannedMove:
+    """One move of a joint plan, an order of single moves.
+
+    Attributes:
+        robot: who makes it.
+        start: where from.
+        end: where to.
+        after: indices of earlier moves of other robots whose sweeps, with the margin, are not disjoint from its own.
+        behind: robots of whose moves under way (``PlanRequest.under_way``) the same is true.
+    """
+
+    robot: str
+    start: Waypoint
+    end: Waypoint
+    after: Tuple[int, ...] = ()
+    behind: Tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -225,6 +255,7 @@ class FleetPlan:
         iterations: rounds of the search.
         planning_ms: wall time of the whole step, ms.
         graph: what was searched on, for display.
+        moves: the joint plan in its order, when ``PlanRequest.under_way`` asks for it and the planner has one.
     """
 
     status: PlanStatus
@@ -233,6 +264,7 @@ class FleetPlan:
     iterations: int = 0
     planning_ms: float = 0.0
     graph: Graph = field(default_factory=GivenGraph)
+    moves: Tuple[PlannedMove, ...] = ()
 
 
 class FleetPlanner(Protocol):

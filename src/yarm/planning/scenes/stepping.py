@@ -86,7 +86,7 @@ def step_to_end(
     previous: Optional[FleetPlan] = None
     idle = 0
     for _ in range(most_steps):
-        if _arrived(scene, stands, given):
+        if has_arrived(scene, stands, given):
             run.status, run.reason = PlanStatus.SOLVED, ""
             return run
         request = scene.request(stands, given)
@@ -112,7 +112,7 @@ def step_to_end(
             _note_clearance(run, request, plan)
         _make_moves(run, stands, moves)
         previous = plan
-    _conclude(run, _arrived(scene, stands, given), idle)
+    _conclude(run, has_arrived(scene, stands, given), idle)
     return run
 
 
@@ -149,7 +149,8 @@ def _note_clearance(run: SteppedRun, request: PlanRequest, plan: FleetPlan) -> N
     run.min_clearance_cells = least if run.min_clearance_cells is None else min(run.min_clearance_cells, least)
 
 
-def _arrived(scene: PlanScene, stands: Mapping[str, Stand], assignments: Mapping[str, str]) -> bool:
+def has_arrived(scene: PlanScene, stands: Mapping[str, Stand], assignments: Mapping[str, str]) -> bool:
+    """Whether every robot with a goal stands on it, at its heading where it has one."""
     for robot, goal_name in assignments.items():
         goal, stand = scene.goals[goal_name], stands[robot]
         if stand.column != goal.column:

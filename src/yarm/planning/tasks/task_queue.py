@@ -47,6 +47,7 @@ from yarm.geometry import BoolArray, FloatArray
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, Robot
 from yarm.planning.tasks.aside import StoodAside
+from yarm.planning.tasks.choice import chosen
 from yarm.planning.tasks.travel import Travel
 
 KIND_ORDER = (GoalKind.CLEAR, GoalKind.BIN, GoalKind.DEBRIS, GoalKind.TARGET, GoalKind.HOME)
@@ -94,6 +95,7 @@ class Task:
         distance_cells: travel distance of its robot when it was assigned, cells.
         since_s: when it came to this status and robot, or its deletion was last asked for, s; NaN when nobody said.
         on_map: the map shows its body; kept up to date by ``see`` once the task is done.
+        why: why its robot was given it, and no other; empty while it has none.
     """
 
     goal: Goal
@@ -103,6 +105,7 @@ class Task:
     distance_cells: float = math.nan
     since_s: float = math.nan
     on_map: bool = True
+    why: str = ""
 
     @property
     def kind(self) -> GoalKind:
@@ -132,6 +135,18 @@ class TaskQueue:
     def tasks(self) -> Tuple[Task, ...]:
         """Every goal that is not done, in the order they came."""
         return tuple(self._tasks.values())
+
+    @property
+    def records(self) -> Tuple[Task, ...]:
+        """Every task that somebody serves or has done: what ``take_up`` needs."""
+        return (*(task for task in self._tasks.values() if task.robot), *self._done.values())
+
+    def take_up(self, records: Sequence[Task]) -> None:
+        """Go on from the ``records`` of a queue that is no more; whatever else is open, ``update`` will show."""
+        self.start_over()
+        serving = (TaskStatus.OPEN, TaskStatus.ASSIGNED, TaskStatus.UNREACHABLE)
+        self._tasks = {task.goal.name: task for task in records if task.status in serving}
+        self._done = {task.goal.name: task for task in records if task.status not in serving}
 
     @property
     def goals(self) -> Mapping[str, Goal]:
@@ -250,7 +265,7 @@ class TaskQueue:
                 raise ValueError(f"{goal.name} is for no robot in particular: assign it with process")
             if task is not None and task.goal.name != goal.name:
                 raise ValueError(f"{goal.name} cannot be given to {goal.robot}, which serves {task.goal.name}")
-            self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, goal.robot, since_s=self._now_s)
+            self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, goal.robot, since_s=self._now_s, why="its own")
 
     def pop(self, robot: str, now_s: float = math.nan) -> Task:
         """Free a robot whose goal is done.
@@ -406,20 +421,21 @@ class TaskQueue:
         for i, j in sorted(zip(rows, columns), key=lambda pair: (costs[pair[0], pair[1]], pair)):
             goal = self._tasks[names[i]].goal
             if math.isfinite(lengths[i, j]) and self._compatible(travel, robots[j], goal):
-                self._give(names[i], robots[j], float(lengths[i, j]))
+                why = chosen(robots, lengths[i].tolist(), int(j))
+                self._give(names[i], robots[j], float(lengths[i, j]), why)
 
     def _is_busy(self, robot: str) -> bool:
         """Whether a robot serves a goal of somebody's; making room is none."""
         task = self.task_of(robot)
         return task is not None and task.kind is not GoalKind.CLEAR
 
-    def _give(self, name: str, robot: str, length: float) -> None:
+    def _give(self, name: str, robot: str, length: float, why: str) -> None:
         left = self.task_of(robot)
         if left is not None and left.kind is GoalKind.CLEAR:
             del self._tasks[left.goal.name]
         elif left is not None:
             self._tasks[left.goal.name] = Task(left.goal)
-        self._tasks[name] = Task(self._tasks[name].goal, TaskStatus.ASSIGNED, robot, "", length)
+        self._tasks[name] = Task(self._tasks[name].goal, TaskStatus.ASSIGNED, robot, "", length, why=why)
 
     def _distance(self, travel: Travel, robot: str, goal: Goal) -> Tuple[float, str]:
         if goal.robot and goal.robot != robot:
@@ -464,7 +480,8 @@ class TaskQueue:
                 place = travel.place_outside(name, keep_clear, held, waiting)
                 if place is not None and (name, f"clear/{name}") not in self._rejected:
                     goal = Goal(f"clear/{name}", GoalKind.CLEAR, place[0], robot=name)
-                    self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, name, "", place[1])
+                    why = "it stands where a manipulator works, and has nothing to do there"
+                    self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, name, "", place[1], why=why)
 
 
 def _map_key(request: PlanRequest) -> int:

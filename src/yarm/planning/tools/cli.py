@@ -3,6 +3,7 @@
     rosrun yarm plan_scene SCENE.yaml --planner yarm --steps --json
     python3 -m yarm.planning scenes/planning/two_robots.yaml --plot out.png
     rosrun yarm plan_scene scenes/planning/walled_in.yaml --why
+    rosrun yarm plan_scene scenes/planning/head_on.yaml --steps --waits
 
 Exit code 0 solved, 2 infeasible, 3 timeout, 4 bad input (a wrong option or scene, an invalid start or goal).
 """
@@ -24,6 +25,7 @@ from yarm.planning.model.types import FleetPlan, PlanStatus
 from yarm.planning.registry import PLANNER_NAMES, PlannerUnavailableError, make_planner
 from yarm.planning.roadmap.particles import threshold_particles
 from yarm.planning.scenes.assignment import assign_goals
+from yarm.planning.scenes.releasing import ReleasedRun, release_to_end, waits
 from yarm.planning.scenes.scene import PlanScene
 from yarm.planning.scenes.scene_file import SceneError, load_scene
 from yarm.planning.scenes.stepping import SteppedRun, step_to_end
@@ -91,6 +93,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--why", action="store_true", help="say of every goal that is not reached what would change that"
     )
+    parser.add_argument(
+        "--waits", action="store_true", help="say which moves of the joint plan wait for which, and carry it out so"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw particles, graph, obstacles and paths")
     return parser
@@ -142,6 +147,8 @@ def _solve(scene: PlanScene, options: argparse.Namespace, params: PlannerParams)
         if report["status"] == PlanStatus.SOLVED.value:
             report["status"] = PlanStatus.INFEASIBLE.value
             report["reason"] = "; ".join(assignment.unserved.values())
+    if options.waits:
+        report.update(_released(release_to_end(scene, planner, rng, assignment.assignments)))
     if options.why:
         request = scene.request(assignments=assignment.assignments)
         report["why"] = _answers(Circumstances(request, plan, params), assignment.unserved)
@@ -196,6 +203,16 @@ def _run_report(run: SteppedRun) -> Dict[str, Any]:
     }
 
 
+def _released(run: ReleasedRun) -> Dict[str, Any]:
+    """Who waits for whom in the first plan, and how long it takes when nobody waits for more than that."""
+    moves = []
+    for move, behind in waits(run.first) if run.first is not None else []:
+        label = f"{move.robot} {tuple(map(int, move.start.column))} to {tuple(map(int, move.end.column))}"
+        moves.append({"move": label, "after": list(behind)})
+    times = {"released_status": run.status.value, "released_time": round(run.time, 3), "released_moves": len(run.made)}
+    return {"waits": moves, **times, "released_refused": len(run.refusals)}
+
+
 def _text(report: Dict[str, Any]) -> str:
     lines = [f"{report['status']}{': ' + report['reason'] if report['reason'] else ''}"]
     for name, entry in report["robots"].items():
@@ -208,6 +225,11 @@ def _text(report: Dict[str, Any]) -> str:
     for key in ("ms_p50", "ms_p99"):
         if key in report:
             numbers.append(f"{key} {report[key]}")
+    for key in ("released_status", "released_time", "released_moves", "released_refused"):
+        if key in report:
+            numbers.append(f"{key} {report[key]}")
+    for entry in report.get("waits", []):
+        lines.append(f"  {entry['move']}: " + (f"after {', '.join(entry['after'])}" if entry["after"] else "at once"))
     for goal, causes in report.get("why", {}).items():
         lines += [f"  why {goal}: {cause['text']}" for cause in causes]
     return "\n".join([*lines, "  " + ", ".join(numbers)]) + "\n"

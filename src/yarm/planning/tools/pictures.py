@@ -18,6 +18,7 @@ from yarm.planning.registry import make_planner
 from yarm.planning.roadmap.graph import delaunay_edges
 from yarm.planning.roadmap.particles import random_particles
 from yarm.planning.scenes.oracle import Shape, Space
+from yarm.planning.scenes.releasing import release_to_end
 from yarm.planning.scenes.scene import PlanScene, Stand
 from yarm.planning.scenes.scene_file import load_scene
 from yarm.planning.scenes.stepping import step_to_end
@@ -32,6 +33,7 @@ def draw_pictures(folder: Path) -> List[Path]:
     made = [
         _particles(scenes["three_robots"], folder / "planning_particles.png"),
         _obstacles(scenes["three_robots"], folder / "planning_cspace.png"),
+        _releases(scenes["three_robots"], folder / "planning_release.png"),
     ]
     for name in _SCENES:
         path = folder / f"planning_{name}.png"
@@ -81,6 +83,40 @@ def _obstacles(scene: PlanScene, path: Path) -> Path:
         x, y = (int(v) for v in places[np.argmin(np.abs(places - (25, 40)).sum(axis=1))])
         draw_robot(axes, scene.spec, robot, Stand((x, y), shape.yaws[heading]), COLORS[0], 0.5)
         axes.set_title(f"end effector may not be in the red columns at {np.degrees(shape.yaws[heading]):.0f} deg")
+    figure.savefig(str(path), dpi=90)
+    return path
+
+
+def _releases(scene: PlanScene, path: Path) -> Path:
+    """The dependency graph of a joint plan, and when each of its moves was released and ended."""
+    figure = Figure(figsize=(13.0, 4.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    run = release_to_end(scene, make_planner("yarm"), np.random.default_rng(0), replans=False)
+    moves = run.first.moves if run.first is not None else ()
+    rows = {robot.name: -i for i, robot in enumerate(scene.robots)}
+    graph, times = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
+    for k, move in enumerate(moves):
+        color = COLORS[-rows[move.robot] % len(COLORS)]
+        own = max((j for j in range(k) if moves[j].robot == move.robot), default=k)
+        for j in {*move.after, own} - {k}:
+            arrow = {"arrowstyle": "->", "shrinkA": 14, "shrinkB": 14, "color": "0.4" if j == own else "firebrick"}
+            graph.annotate("", (k, rows[move.robot]), (j, rows[moves[j].robot]), arrowprops=arrow)
+        graph.plot(k, rows[move.robot], "o", markersize=24, color=color)
+        graph.text(k, rows[move.robot], str(k + 1), ha="center", va="center", color="white")
+    for made in run.made:
+        color, row = COLORS[-rows[made.move.robot] % len(COLORS)], rows[made.move.robot]
+        times.barh(row, made.ended - made.began, 0.5, made.began, color=color, edgecolor="white")
+        label = str(moves.index(made.move) + 1)
+        times.text((made.began + made.ended) / 2.0, row, label, ha="center", va="center", color="white")
+    for axes, title in (
+        (graph, "who waits for whom, in the plan's order"),
+        (times, "released and ended, cells of way"),
+    ):
+        axes.set_title(title)
+        axes.set_yticks(list(rows.values()), list(rows))
+        axes.set_ylim(min(rows.values()) - 0.6, 0.6)
+    graph.set_xticks([])
+    graph.set_xlim(-0.6, len(moves) - 0.4)
     figure.savefig(str(path), dpi=90)
     return path
 

@@ -3,7 +3,9 @@
 The planners work on column images and tables; this module works on the motion itself. A robot is a set of solid cells.
 On the way to a waypoint each cell's square first turns about the end effector (dense angles, each square tested exactly
 against the cells it may overlap), then slides to the centre of the waypoint's column (the hexagon a sliding square
-sweeps, tested exactly; both by separating axes, S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996). Every
+sweeps, tested exactly; both by separating axes, S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996). When
+the robot's cells at the new heading are known (``Robot.mask_at``) they slide in place of the turned squares, and what
+is swept in the turn is what both the cells before it, turned on, and those after it, turned back, overlap. Every
 grid cell whose interior is overlapped is swept, and so is every cell the robot occupies at the start. This is done for
 the motion planned, from column centre to column centre, and, when the end effector stands off its column's centre,
 again for the motion it will really make from there.
@@ -24,14 +26,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Tuple
+from typing import Collection, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from yarm.geometry import BoolArray, FloatArray, IntArray
+from yarm.geometry import BoolArray, FloatArray, IntArray, Mask
 from yarm.planning.model.types import FleetPlan, PlanRequest, Robot, StepCheck, Waypoint
 
 PENETRATION_M = 1e-6
@@ -40,6 +42,10 @@ ARC_CELLS = 0.1
 """Largest way of a robot's outermost point between two angles that are looked at, cells."""
 HALF_TURN_RAD = math.radians(179.0)
 """From here on a turn may go either way round, so both are swept."""
+ROUNDED_M = 0.22
+"""A base leaves a leg no earlier than this before a corner that it drives round, metres."""
+Way = Sequence[Waypoint]
+"""Waypoints in order, the last of them the end."""
 _CODE = np.int64(1) << 20
 
 
@@ -83,6 +89,39 @@ def check_step(request: PlanRequest, plan: FleetPlan) -> StepCheck:
     return StepCheck(True)
 
 
+def check_release(request: PlanRequest, released: Mapping[str, Way], under_way: Mapping[str, Way]) -> StepCheck:
+    """Verdict on moves that are to be released while others are being made.
+
+    A robot under way may be anywhere in its sweep, from where it is in the request, until it has been seen at its end.
+    It was held against the map when it was released, and is again with every look.
+
+    Args:
+        request: the map of now; robots where they stand, those under way where they were last seen, or somewhere on
+            their way before that, with their headings there.
+        released: where robots are to be sent, and by what: those that stand, or go on from what they are doing.
+        under_way: where the other robots under way were sent, and by what they still go.
+    """
+    sweeps: List[Sweep] = []
+    for robot in request.robots:
+        way = released.get(robot.name, under_way.get(robot.name, ()))
+        faulty = next((step for step in way if not math.isfinite(step.yaw_rad)), None)
+        if faulty is not None:
+            return StepCheck(False, f"{robot.name} is sent to a heading of {faulty.yaw_rad}, which is not finite")
+        sweeps.append(sweep_along(request, robot, way) if way else sweep_of(request, robot, None))
+    unknown = sorted({*released, *under_way} - {robot.name for robot in request.robots})
+    if unknown or not under_way.keys().isdisjoint(released):
+        doubled = sorted(set(released) & set(under_way))
+        return StepCheck(False, f"not in the request, or under way already: {', '.join(unknown + doubled)}")
+    starting = [sweep for sweep in sweeps if sweep.robot in released]
+    occupied = robotless_map(request)
+    verdicts = (
+        _check_borders(request, starting),
+        _check_map(request, starting, occupied),
+        _check_pairs(sweeps, released),
+    )
+    return next((verdict for verdict in verdicts if not verdict.safe), StepCheck(True))
+
+
 def robotless_map(request: PlanRequest) -> BoolArray:
     """(gx, gy, gz) occupied cells but those of goals that are assigned."""
     occupied: BoolArray = np.array(request.occupied, dtype=np.bool_)
@@ -103,26 +142,83 @@ def sweep_of(request: PlanRequest, robot: Robot, step: Waypoint | None) -> Sweep
     centre = lower + (np.asarray(robot.column) + 0.5) * size
     target = lower + (np.asarray(step.column) + 0.5) * size
     angle = math.remainder(step.yaw_rad - robot.yaw_rad, 2.0 * math.pi)
-    cells, end = _motion(start, lower, size, centre, target, angle)
+    turned = None if robot.mask_at is None else robot.mask_at(step.yaw_rad).cells
+    cells, end = _motion(start, turned, lower, size, centre, target, angle)
     real = cells
     if robot.position_m is not None and not np.allclose(robot.position_m, centre, rtol=0.0, atol=PENETRATION_M):
-        real, _ = _motion(start, lower, size, np.asarray(robot.position_m, dtype=float), target, angle)
+        real, _ = _motion(start, turned, lower, size, np.asarray(robot.position_m, dtype=float), target, angle)
     return Sweep(robot.name, start, cells, real, end, True)
 
 
+def sweep_along(request: PlanRequest, robot: Robot, way: Way) -> Sweep:
+    """Everything a robot touches on its way by waypoints to the last of them; at least one.
+
+    It may drive round the corner at a waypoint, on an arc inside it, which lies between the legs and the short cut from
+    ``ROUNDED_M`` before the waypoint to as far behind it. So the short cut counts as a leg does, margin and all.
+    """
+    first = leg = sweep_of(request, robot, way[0])
+    cells, real = [first.cells], [first.real]
+    before = np.asarray(robot.column)
+    for at, to in zip(way, way[1:]):
+        mask = Mask.from_cells(leg.end, at.column, at.yaw_rad)
+        standing = Robot(robot.name, at.column, at.yaw_rad, mask, mask_at=robot.mask_at)
+        corner, onward = np.asarray(at.column), np.asarray(to.column)
+        short_cut = _short_cut(request, leg.end, before, corner, onward)
+        leg, before = sweep_of(request, standing, to), corner
+        cells += [short_cut, leg.cells]
+        real += [short_cut, leg.real]
+    touched, really = (np.unique(np.concatenate(parts), axis=0) for parts in (cells, real))
+    return Sweep(robot.name, first.start, touched, really, leg.end, True)
+
+
+def _short_cut(request: PlanRequest, cells: IntArray, before: IntArray, corner: IntArray, onward: IntArray) -> IntArray:
+    """Cells touched from a leg to the next one, past the corner at which a robot would have the cells (n, 3)."""
+    size, lower = np.asarray(request.spec.resolution[:2]), np.asarray(request.spec.lower[:2])
+    at = lower + (corner + 0.5) * size
+    ends = []
+    for other in (before, onward):
+        leg = (other - corner) * size
+        length = float(np.linalg.norm(leg))
+        ends.append(at + leg * (min(ROUNDED_M, length / 2.0) / length if length > 0.0 else 0.0))
+    columns, heights = _columns(cells)
+    squares = _Squares(lower + (columns + 0.5) * size - at, size)
+    return _lifted(squares.slid(lower, ends[0], ends[1], 0.0), heights)
+
+
 def _motion(
-    start: IntArray, lower: FloatArray, size: FloatArray, pivot: FloatArray, target: FloatArray, angle: float
+    start: IntArray,
+    turned: Optional[IntArray],
+    lower: FloatArray,
+    size: FloatArray,
+    pivot: FloatArray,
+    target: FloatArray,
+    angle: float,
 ) -> Tuple[IntArray, IntArray]:
-    """Cells swept, and cells at the end, of a turn about the pivot and a slide of the pivot to the target."""
+    """Cells swept, and cells at the end, of a turn about the pivot and a slide of the pivot to the target.
+
+    Args:
+        start: (n, 3) cells before the turn.
+        turned: (m, 3) cells after it, x and y from the pivot's column; None for those before it, turned.
+        lower: corner of the grid, m.
+        size: of a cell, m.
+        pivot: where the end effector is, m.
+        target: where it goes, m.
+        angle: of the turn, rad.
+    """
     columns, heights = _columns(start)
-    squares = _Squares(lower + (columns + 0.5) * size - pivot, size)
-    touched = [squares.at(lower, pivot, np.zeros(1))]
-    for signed in [angle] if abs(angle) < HALF_TURN_RAD else [angle, angle - math.copysign(2.0 * math.pi, angle)]:
-        touched.append(squares.at(lower, pivot, squares.angles(signed)))
-    touched.append(squares.slid(lower, pivot, target, angle))
-    end = squares.at(lower, target, np.array([angle]))
-    touched.append(end)
-    return _lifted(np.concatenate(touched), heights), _lifted(end, heights)
+    before = _Squares(lower + (columns + 0.5) * size - pivot, size)
+    ways = [angle] if abs(angle) < HALF_TURN_RAD else [angle, angle - math.copysign(2.0 * math.pi, angle)]
+    parts = [_lifted(before.at(lower, pivot, np.zeros(1)), heights)]
+    turning = [_lifted(before.at(lower, pivot, before.angles(signed)), heights) for signed in ways]
+    after, left = before, angle
+    if turned is not None:
+        columns, heights = _columns(turned)
+        after, left = _Squares(columns * size, size), 0.0
+        back = [_lifted(after.at(lower, pivot, -after.angles(signed)), heights) for signed in ways]
+        turning = [_common(forth, again) for forth, again in zip(turning, back)]
+    end = after.at(lower, target, np.array([left]))
+    parts += [*turning, _lifted(np.concatenate([after.slid(lower, pivot, target, left), end]), heights)]
+    return _distinct(np.concatenate(parts)), _lifted(end, heights)
 
 
 def chessboard_clearance(occupied: BoolArray, sweeps: List[Sweep]) -> int:
@@ -265,7 +361,7 @@ def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -
                 return _fault(f"{sweep.robot} would touch {_name_at(request, overlapped)}", overlapped)
         cells = sweep.cells[request.spec.contains(sweep.cells)]
         margin = near
-        beside = _beside(standing, sweep.start)
+        beside = cells_beside(standing, sweep.start)
         if len(beside):
             others = occupied.copy()
             others[tuple(beside.T)] = False
@@ -280,9 +376,12 @@ def _check_map(request: PlanRequest, sweeps: List[Sweep], occupied: BoolArray) -
     return StepCheck(True)
 
 
-def _check_pairs(sweeps: List[Sweep]) -> StepCheck:
+def _check_pairs(sweeps: List[Sweep], released: Optional[Collection[str]] = None) -> StepCheck:
+    """Whether two robots of which one moves would touch; of which one is released now, when that is given."""
     for i, first in enumerate(sweeps):
         for second in sweeps[i + 1 :]:
+            if released is not None and first.robot not in released and second.robot not in released:
+                continue
             if not (first.moves or second.moves):
                 continue
             claimed = _common(first.start, second.start)
@@ -298,12 +397,12 @@ def _check_pairs(sweeps: List[Sweep]) -> StepCheck:
 
 def _close_cells(first: Sweep, second: Sweep) -> IntArray:
     """Cells swept by the first beside cells swept by the second, but where they stand beside each other already."""
-    one = _without(first.cells, _beside(first.start, second.start))
-    other = _without(second.cells, _beside(second.start, first.start))
-    return _beside(one, other)
+    one = _without(first.cells, cells_beside(first.start, second.start))
+    other = _without(second.cells, cells_beside(second.start, first.start))
+    return cells_beside(one, other)
 
 
-def _beside(cells: IntArray, others: IntArray) -> IntArray:
+def cells_beside(cells: IntArray, others: IntArray) -> IntArray:
     """Which of the cells (n, 3) are, or have among their 26 neighbours, one of the others (m, 3)."""
     if not len(cells) or not len(others):
         return cells[:0]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -77,14 +77,14 @@ class Circumstances:
         request: map, robots, goals, and who serves which.
         plan: what was planned for it last; None when nothing was.
         params: the planner's.
-        bare: masks of the robots that carry something, without it, by name.
+        bare: masks of the robots that carry something, without it, by name: each at any heading, rad.
         refused: why somebody has given a goal back for good, by its name; it is not among the request's goals.
     """
 
     request: PlanRequest
     plan: Optional[FleetPlan] = None
     params: PlannerParams = field(default_factory=PlannerParams)
-    bare: Mapping[str, Mask] = field(default_factory=dict)
+    bare: Mapping[str, Callable[[float], Mask]] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -271,7 +271,8 @@ def _way(robot: Robot, path: Sequence[Waypoint], request: PlanRequest) -> IntArr
     for point in path[1:]:
         swept.append(sweep_of(request, at, point).cells)
         turn = wrap_angle(point.yaw_rad - at.yaw_rad)
-        mask = at.mask.turned(turn, request.spec) if abs(turn) > 1e-6 else at.mask
+        turned = at.mask.turned(turn, request.spec) if abs(turn) > 1e-6 else at.mask
+        mask = turned if at.mask_at is None else at.mask_at(point.yaw_rad)
         at = replace(at, column=point.column, yaw_rad=point.yaw_rad, mask=mask, position_m=None)
     cells: IntArray = np.unique(np.concatenate(swept), axis=0)
     return cells

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy import ndimage
@@ -84,7 +84,12 @@ class Crossing:
     """One robot on its way to one goal, with nobody else there."""
 
     def __init__(
-        self, request: PlanRequest, robot: str, goal: Goal, params: PlannerParams, bare: Optional[Mask] = None
+        self,
+        request: PlanRequest,
+        robot: str,
+        goal: Goal,
+        params: PlannerParams,
+        bare: Optional[Callable[[float], Mask]] = None,
     ) -> None:
         """A robot and a goal of a request.
 
@@ -93,7 +98,7 @@ class Crossing:
             robot: name of the robot.
             goal: where it is to go.
             params: turns allowed.
-            bare: mask of the robot without what it carries; None when it carries nothing.
+            bare: mask of the robot without what it carries, at any heading, rad; None when it carries nothing.
 
         Raises:
             KeyError: no such robot.
@@ -183,7 +188,7 @@ class Crossing:
             occupied[tuple(cells.T)] = True
         robot = self.robot
         if ChangeKind.LAY_DOWN in kinds and self._bare is not None:
-            robot = replace(robot, mask=self._bare, carries="")
+            robot = replace(robot, mask=self._bare(robot.yaw_rad), mask_at=self._bare, carries="")
         robots = tuple(robot if one.name == robot.name else one for one in self._request.robots)
         forbidden = None if ChangeKind.ENTER in kinds else self._request.forbidden
         request = replace(self._request, occupied=occupied, robots=robots, forbidden=forbidden)

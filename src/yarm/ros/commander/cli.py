@@ -27,7 +27,7 @@ from yarm.msg import CommanderStatus, ObjectRegistry
 from yarm.ros.commander.reports import task_text
 from yarm.ros.common import names
 from yarm.ros.common.start import init_command
-from yarm.ros.common.status_age import LOST_S, STALE_S, silence
+from yarm.ros.common.status_age import LOST_S, STALE_S, entered_since, silence
 from yarm.srv import StateChange, StateChangeRequest
 
 SUCCEEDED, FAILED, NO_ANSWER, REFUSED = 0, 1, 2, 3
@@ -36,8 +36,6 @@ POLL_S = 0.1
 ASK_AGAIN_S = 1.0
 FIRST_WORD_S = 10.0
 """``status`` waits this long for a first word, wall time, s."""
-SAME_ENTRY_S = 1e-3
-"""Rounding of the moment at which a state was entered, s."""
 DONE = 0.999
 """Share of a raster that counts as all of it."""
 
@@ -87,16 +85,26 @@ class Session:
     def ask(self, quiet: bool = False, **fields: Any) -> None:
         """Request a change of state, and wait until the status shows it; ``quiet`` leaves the answer out.
 
+        A Commander that dies meanwhile is started again: it is asked once more unless it has carried the request out.
+
         Raises:
             CliError: refused, or no answer.
         """
         before = self.status()
-        left = max(0.1, self._deadline - time.monotonic())
-        try:
-            rospy.wait_for_service(names.COMMANDER_STATE, timeout=left)
-            answer = self._service(StateChangeRequest(**fields))
-        except (rospy.ROSException, rospy.ServiceException) as error:
-            raise CliError(NO_ANSWER, f"{names.COMMANDER_STATE} does not answer: {error}") from error
+        while True:
+            left = max(0.1, self._deadline - time.monotonic())
+            try:
+                rospy.wait_for_service(names.COMMANDER_STATE, timeout=left)
+                answer = self._service(StateChangeRequest(**fields))
+                break
+            except rospy.ROSException as error:
+                raise CliError(NO_ANSWER, f"{names.COMMANDER_STATE} does not answer: {error}") from error
+            except rospy.ServiceException as error:
+                self.say(f"{names.COMMANDER_STATE} does not answer: {error}")
+                failed_s = rospy.get_time()
+                self._wait(lambda at=failed_s: self.status().header.stamp.to_sec() > at, "a Commander that answers")
+            if entered_since(self.status(), before):
+                return
         if not answer.success:
             raise CliError(REFUSED, answer.message)
         if not quiet:
@@ -179,15 +187,6 @@ class Session:
         if line != self._line:
             self._line, self._line_at = line, time.monotonic()
             self.say(line)
-
-
-def entered_since(status: CommanderStatus, before: CommanderStatus) -> bool:
-    """Whether a state has been entered after an earlier status: what came meanwhile may have been sent before it."""
-
-    def entered_s(said: CommanderStatus) -> float:
-        return float(said.header.stamp.to_sec() - said.elapsed_s)
-
-    return bool(status.state != before.state or entered_s(status) > entered_s(before) + SAME_ENTRY_S)
 
 
 def line_of(status: CommanderStatus, raster: Dict[str, float]) -> str:

@@ -7,7 +7,7 @@ from typing import Callable, Dict, List, Optional
 
 import rospy
 from actionlib import ActionClient, ClientGoalHandle, CommState
-from actionlib_msgs.msg import GoalStatus
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from yarm.commander.events import CancelGoal, DeleteDone, GoalDone, Outcome, SendGoal
 from yarm.msg import MoveRobotAction, MoveRobotGoal
@@ -15,6 +15,12 @@ from yarm.ros.common import names
 from yarm.ros.common.conversions import pose_message
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
 
+LIVE = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
+"""Every status of a goal that has not ended."""
+SILENT_S = 2.0
+"""An action server that has not said how its goals stand for so long has gone, or hangs, s."""
+ASK_AGAIN_S = 1.0
+"""Time after which a server is asked once more to end what was sent before, s."""
 OUTCOMES: Dict[int, Outcome] = {
     GoalStatus.SUCCEEDED: Outcome.SUCCEEDED,
     GoalStatus.PREEMPTED: Outcome.PREEMPTED,
@@ -27,23 +33,56 @@ OUTCOMES: Dict[int, Outcome] = {
 
 
 class RobotLink:
-    """Action client of one robot; results are handed on as GoalDone. Thread-safe."""
+    """Action client of one robot; results are handed on as GoalDone. Thread-safe.
 
-    def __init__(self, robot: str, on_done: Callable[[GoalDone], None]) -> None:
+    Whatever was sent to the robot before the connection, by a Commander that is no more, is cancelled first; in
+    lock-step, where none is started again, nothing was.
+    """
+
+    def __init__(self, robot: str, on_done: Callable[[GoalDone], None], lock_step: bool = False) -> None:
         """Connect; goals may be sent once ``connected``."""
         self.robot = robot
         self.sent = 0
         self._on_done = on_done
+        self._lock_step = lock_step
+        self._swept = lock_step
+        self._asked: Optional[rospy.Time] = None
+        self._heard = rospy.Time()
         self._client = ActionClient(names.move_robot(robot), MoveRobotAction)
         self._handles: Dict[int, ClientGoalHandle] = {}
         self._lock = threading.Lock()
+        self._status = rospy.Subscriber(
+            f"{names.move_robot(robot)}/status", GoalStatusArray, self._on_status, queue_size=10
+        )
 
     @property
     def connected(self) -> bool:
-        """An action server listens to goals and cancels and publishes its status."""
+        """An action server listens to goals and cancels, and says that nothing of before is left and that it lives."""
         client = self._client
         publishers = (client.pub_goal, client.pub_cancel)
-        return all(p.get_num_connections() > 0 for p in publishers) and client.status_sub.get_num_connections() > 0
+        linked = all(p.get_num_connections() > 0 for p in publishers) and client.status_sub.get_num_connections() > 0
+        if self._lock_step:
+            return linked
+        with self._lock:
+            silent = self._swept and (rospy.Time.now() - self._heard).to_sec() > SILENT_S
+            if not linked or silent:
+                self._swept, self._asked = False, None
+            elif not self._swept:
+                self._sweep()
+            return linked and self._swept
+
+    def _sweep(self) -> None:
+        """Cancel everything up to now; what is sent later has a later stamp, and stays."""
+        now = rospy.Time.now()
+        if self._asked is None or abs((now - self._asked).to_sec()) > ASK_AGAIN_S:
+            self._asked = now
+            self._client.pub_cancel.publish(GoalID(stamp=now))
+
+    def _on_status(self, message: GoalStatusArray) -> None:
+        with self._lock:
+            self._heard = max(self._heard, message.header.stamp)
+            if self._asked is not None and message.header.stamp > self._asked and not self._swept:
+                self._swept = all(status.status not in LIVE for status in message.status_list)
 
     def send(self, action: SendGoal, height_m: float) -> None:
         """Send a goal for the end effector at its own height, metres."""
@@ -51,6 +90,7 @@ class RobotLink:
         goal.target.orientation.w = 1.0
         if action.target is not None:
             goal.target = pose_message(action.target.x, action.target.y, height_m, action.target.yaw_rad)
+        goal.via = [pose_message(pose.x, pose.y, height_m, pose.yaw_rad) for pose in action.via]
         with self._lock:
             self.sent += 1
             handle = self._client.send_goal(goal, transition_cb=lambda h, n=action.serial: self._on_change(n, h))
@@ -68,6 +108,7 @@ class RobotLink:
         """Forget every goal and disconnect."""
         with self._lock:
             self._handles.clear()
+        self._status.unregister()
         self._client.stop()
 
     def _on_change(self, serial: int, handle: ClientGoalHandle) -> None:
@@ -89,9 +130,10 @@ class RobotLink:
 class Links:
     """The links to all robots."""
 
-    def __init__(self, on_done: Callable[[GoalDone], None]) -> None:
+    def __init__(self, on_done: Callable[[GoalDone], None], lock_step: bool = False) -> None:
         """No robots yet."""
         self._on_done = on_done
+        self._lock_step = lock_step
         self._links: Dict[str, RobotLink] = {}
         self._gone_sent = 0
 
@@ -103,7 +145,7 @@ class Links:
             link.close()
         for robot in robots:
             if robot not in self._links:
-                self._links[robot] = RobotLink(robot, self._on_done)
+                self._links[robot] = RobotLink(robot, self._on_done, self._lock_step)
 
     def reset(self) -> None:
         """Start afresh: goals are forgotten, the count begins at 0."""

@@ -90,7 +90,7 @@ class MarkerBoard:
         self._drawn_s = now_s
         if self._cell.publisher.get_num_connections() == 0:
             return
-        made = [self._state(status), *self._bodies]
+        made = [state_marker(status), *self._bodies]
         made += self._masks(cell) + self._seeds(cell) + self._private(cell) + self._driven(cell)
         self._cell.send(made, now_s)
 
@@ -114,13 +114,6 @@ class MarkerBoard:
             if not trail or math.hypot(robot.x - trail[-1][0], robot.y - trail[-1][1]) > TRAIL_STEP_M:
                 trail.append((robot.x, robot.y))
                 del trail[:-TRAIL_LENGTH]
-
-    @staticmethod
-    def _state(status: Status) -> Marker:
-        words = f"{int(status.state)} {status.state.name}{' busy' if status.busy else ''} {status.outcome}".rstrip()
-        lines = [words] + ([status.reason] if status.reason else [])
-        lines += [f"{t.robot or '-'} > {t.goal}: {t.status}" for t in status.tasks]
-        return text("state", "\n".join(lines), (-2.3, -1.2, 1.9), 0.14)
 
     @staticmethod
     def _masks(cell: CellState) -> List[Marker]:
@@ -167,6 +160,14 @@ class MarkerBoard:
                 line.points = points(np.column_stack([np.array(trail), np.full(len(trail), FLOOR_M)]))
                 made.append(line)
         return made
+
+
+def state_marker(status: Status) -> Marker:
+    """Beside the cell: the Commander's state and its tasks, in the words of its message."""
+    words = f"{int(status.state)} {status.state.name}{' busy' if status.busy else ''} {status.outcome.value}".rstrip()
+    lines = [words] + ([status.reason] if status.reason else [])
+    lines += [f"{t.robot or '-'} > {t.goal}: {t.status.value}" for t in status.tasks]
+    return text("state", "\n".join(lines), (-2.3, -1.2, 1.9), 0.14)
 
 
 def solid_markers(entry: RegisteredObject) -> List[Marker]:

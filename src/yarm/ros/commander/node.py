@@ -9,7 +9,8 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from typing import Any, Callable, Deque, Dict, List, Optional, Type, Union
+from itertools import groupby
+from typing import Any, Callable, Deque, Dict, List, Optional, Sequence, Type, Union
 
 import numpy as np
 import rospy
@@ -19,6 +20,7 @@ from yarm.commander.events import (
     Action,
     CancelGoal,
     ClockReset,
+    Decision,
     DeleteObject,
     Event,
     Grasp,
@@ -40,14 +42,18 @@ from yarm.commander.requests import Request
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
 from yarm.geometry.kinds import ROBOT_KINDS, ObjectKind
-from yarm.msg import CommanderStatus, Permission, PlanReport, SafetyStatus, StepAck
+from yarm.msg import CommanderStatus, GripperState, Permission, PlanReport, SafetyStatus, StepAck
+from yarm.msg import Decision as DecisionMessage
 from yarm.planning.baselines.planned_once import PlannedOnce
 from yarm.planning.registry import PlannerUnavailableError, make_planner
 from yarm.planning.why.causes import why
+from yarm.ros.commander.hands import HandWords
 from yarm.ros.commander.links import Links, delete_object
 from yarm.ros.commander.markers import MarkerBoard
+from yarm.ros.commander.memory import MemoryBook
 from yarm.ros.commander.registry import RegistryWatch
-from yarm.ros.commander.reports import exact_time, plan_report, status_message, why_response
+from yarm.ros.commander.reports import decision_message, exact_time, plan_report, status_message, why_response
+from yarm.ros.commander.what_if import answered
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, present_s, safety_fault
@@ -55,7 +61,18 @@ from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import MapSubscriber
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
-from yarm.srv import StateChange, StateChangeRequest, StateChangeResponse, Why, WhyRequest, WhyResponse
+from yarm.safety.pulse import beat_in_background
+from yarm.srv import (
+    StateChange,
+    StateChangeRequest,
+    StateChangeResponse,
+    WhatIf,
+    WhatIfRequest,
+    WhatIfResponse,
+    Why,
+    WhyRequest,
+    WhyResponse,
+)
 
 WATCH_PERIOD_S = 0.2
 """Wall time between two looks for silence, s."""
@@ -77,10 +94,12 @@ class CommanderNode:
         self._core = Commander(params, tools)
         self._lock = threading.RLock()
         self._inbox: Deque[Event] = deque()
-        self._links = Links(self._inbox.append)
+        self._links = Links(self._inbox.append, params.sync)
+        self._book = MemoryBook()
         self._kinds: Dict[str, str] = {}
         self._sanders: Dict[str, rospy.Subscriber] = {}
         self._hands: Dict[str, rospy.Subscriber] = {}
+        self._handed = HandWords(self._inbox.append)
         self._safety_said: Deque[SafetyStatus] = deque()
         self._held: Dict[str, str] = {}
         self._last_map_wall_s = -1.0
@@ -89,9 +108,10 @@ class CommanderNode:
         self._status = rospy.Publisher(names.COMMANDER_STATUS, CommanderStatus, queue_size=10, latch=True)
         self._permission = rospy.Publisher(names.PERMISSION, Permission, queue_size=10, tcp_nodelay=True)
         self._report = rospy.Publisher(names.PLAN_REPORT, PlanReport, queue_size=100)
+        self._decisions = rospy.Publisher(names.DECISIONS, DecisionMessage, queue_size=1000, tcp_nodelay=True)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
         self._markers = MarkerBoard()
-        self._association.publish(Int8(data=0))
+        self._take_up()
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
         self._registry = RegistryWatch(self._on_registry, self._markers.show_bodies)
@@ -100,9 +120,19 @@ class CommanderNode:
         self._maps = MapSubscriber(self._on_map, self._params.sync)
         self._service = rospy.Service(names.COMMANDER_STATE, StateChange, self._on_request)
         self._why = rospy.Service(names.COMMANDER_WHY, Why, self._on_why)
+        self._what_if = rospy.Service(names.COMMANDER_WHAT_IF, WhatIf, self._on_what_if)
+
+    def _take_up(self) -> None:
+        """Go on where the Commander before died, or begin; perception is switched accordingly, and not before."""
+        memory = self._book.taken_up
+        if memory is None:
+            self._association.publish(Int8(data=0))
+        else:
+            self._do(self._core.take_up(memory, memory.stamp_s), memory.stamp_s)
 
     def spin(self) -> None:
-        """Notice silence until the node is shut down."""
+        """Notice silence until the node is shut down. It plans under its lock, however long: the pulse goes on."""
+        beat_in_background()
         while not rospy.is_shutdown():
             time.sleep(WATCH_PERIOD_S)
             if time.monotonic() - self._last_map_wall_s > SILENCE_S and not rospy.is_shutdown():
@@ -119,6 +149,8 @@ class CommanderNode:
         with self._lock:
             self._last_map_wall_s = time.monotonic()
             self._take_holds(cell_map.stamp_s)
+            if not self._handed.take(cell_map.stamp_s):
+                rospy.logwarn("lock-step: no word of the hands at %.4f s; the newest counts", cell_map.stamp_s)
             self._inbox.append(MapUpdate(cell_map))
             self._drain(cell_map.stamp_s)
             self._permit(cell_map.stamp_s)
@@ -132,7 +164,8 @@ class CommanderNode:
             request = Request(message.next_state, message.current_state, message.previous_state, message.jump_state)
             reply, actions = self._core.request(request, now_s)
             rospy.loginfo("request: %s", reply.message)
-            self._do(actions)
+            self._remember(now_s)
+            self._do(actions, now_s)
             self._show(now_s)
         return StateChangeResponse(reply.success, reply.message)
 
@@ -145,6 +178,12 @@ class CommanderNode:
         except LookupError as error:
             return WhyResponse(success=False, text=str(error.args[0]))
 
+    def _on_what_if(self, question: WhatIfRequest) -> WhatIfResponse:
+        """The cell is taken at one moment; its forks run in a process of their own, behind everything else."""
+        with self._lock:
+            cell_map, arms = self._core.cell.map, self._core.cell.manipulators
+        return answered(question, cell_map, arms, self._params)
+
     def _on_registry(self, update: Event) -> None:
         with self._lock:
             self._inbox.append(update)
@@ -154,14 +193,16 @@ class CommanderNode:
             mobiles = [name for name, kind in self._kinds.items() if kind == ObjectKind.MOBILE]
             handed = mobiles if self._params.bins_used else []
             self._hear(self._sanders, arms, names.sander_state, Int8, self._on_sander)
-            self._hear(self._hands, handed, lambda name: names.gripper(name, "grasping"), Bool, self._on_grasping)
+            self._handed.follow(handed)
+            word, kind = ("state", GripperState) if self._params.sync else ("grasping", Bool)
+            self._hear(self._hands, handed, lambda name: names.gripper(name, word), kind, self._on_grasping)
 
     @staticmethod
     def _hear(
         heard: Dict[str, rospy.Subscriber],
         robots: List[str],
         topic: Callable[[str], str],
-        kind: Type[Union[Bool, Int8]],
+        kind: Type[Union[Bool, GripperState, Int8]],
         callback: Callable[[Any, str], None],
     ) -> None:
         """Subscribe to a topic of each of these robots, and of no others."""
@@ -177,8 +218,12 @@ class CommanderNode:
         else:
             self._inbox.append(SanderChange(arm, state))
 
-    def _on_grasping(self, message: Bool, robot: str) -> None:
-        self._inbox.append(Grasp(robot, bool(message.data)))
+    def _on_grasping(self, message: Union[Bool, GripperState], robot: str) -> None:
+        """In lock-step it waits for the map of its time: whether it comes before or after that is chance."""
+        if isinstance(message, Bool):
+            self._inbox.append(Grasp(robot, bool(message.data)))
+        else:
+            self._handed.say(message.header.stamp.to_sec(), Grasp(robot, bool(message.grasping)))
 
     def _on_safety(self, message: SafetyStatus) -> None:
         """In lock-step it waits for the next map: whether it comes before or after that of its own time is chance."""
@@ -204,6 +249,7 @@ class CommanderNode:
         with self._lock:
             self._inbox.clear()
             self._safety_said.clear()
+            self._handed.forget()
             self._maps.clear()
             self._links.reset()
             self._inbox.append(ClockReset())
@@ -215,11 +261,19 @@ class CommanderNode:
     def _drain(self, now_s: float) -> None:
         for robot, connected in self._links.connected().items():
             if connected != (robot in self._core.cell.connected):
-                self._do(self._core.step(ServerUpdate(robot, connected), now_s))
+                self._step(ServerUpdate(robot, connected), now_s)
+        if self._params.sync:
+            self._inbox.extend(in_order([self._inbox.popleft() for _ in range(len(self._inbox))]))
         while self._inbox:
-            self._do(self._core.step(self._inbox.popleft(), now_s))
+            self._step(self._inbox.popleft(), now_s)
 
-    def _do(self, actions: tuple[Action, ...]) -> None:
+    def _step(self, event: Event, now_s: float) -> None:
+        """What is decided is written down before it is done."""
+        actions = self._core.step(event, now_s)
+        self._remember(now_s)
+        self._do(actions, now_s)
+
+    def _do(self, actions: tuple[Action, ...], now_s: float) -> None:
         for action in actions:
             if isinstance(action, SendGoal):
                 self._send(action)
@@ -233,11 +287,18 @@ class CommanderNode:
                 deletion = delete_object(action.name, self._inbox.append)
                 if self._params.sync:
                     deletion.join()  # the simulation serves it now, while it waits for this step's acknowledgement
-            elif isinstance(action, ShowPlan):
-                self._report.publish(plan_report(action, self._params.planner, self._stamp_s()))
-                self._markers.show_plan(action, self._core.cell)
-            elif isinstance(action, Log):
-                (rospy.logwarn if action.level is Level.WARN else rospy.loginfo)("%s", action.text)
+            else:
+                self._tell(action, now_s)
+
+    def _tell(self, action: Action, now_s: float) -> None:
+        """What is only to be known."""
+        if isinstance(action, ShowPlan):
+            self._report.publish(plan_report(action, self._params.planner, self._stamp_s()))
+            self._markers.show_plan(action, self._core.cell)
+        elif isinstance(action, Decision):
+            self._decisions.publish(decision_message(action, now_s))
+        elif isinstance(action, Log):
+            (rospy.logwarn if action.level is Level.WARN else rospy.loginfo)("%s", action.text)
 
     def _send(self, action: SendGoal) -> None:
         link = self._links.get(action.robot)
@@ -261,6 +322,10 @@ class CommanderNode:
             self._status.publish(message)
         self._markers.show_world(self._core.cell, status, now_s)
 
+    def _remember(self, now_s: float) -> None:
+        if self._book.kept:
+            self._book.note(self._core.memory(now_s))
+
     def _permit(self, now_s: float) -> None:
         """The heartbeat of everything that moves; it is as old as the newest map."""
         objection = self._core.objection(now_s)
@@ -271,6 +336,14 @@ class CommanderNode:
 
     def _acknowledge(self, stamp_s: float) -> None:
         self._ack.publish(step_ack(exact_time(stamp_s), self._links.sent))
+
+
+def in_order(events: Sequence[Event]) -> List[Event]:
+    """Events of one moment: those of several robots, whose order is chance, by robot; each robot's as they came."""
+    ordered: List[Event] = []
+    for _, group in groupby(events, key=lambda event: hasattr(event, "robot")):
+        ordered += sorted(group, key=lambda event: str(getattr(event, "robot", "")))
+    return ordered
 
 
 def same_status(a: CommanderStatus, b: CommanderStatus) -> bool:

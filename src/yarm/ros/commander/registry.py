@@ -80,8 +80,8 @@ class RegistryWatch:
         with self._lock:
             kinds = {entry.name: entry.object for entry in self._entries}
             shapes = {name: shape for name, shape in self._shapes.items() if name in kinds}
-            pieces = pieces_of(self._entries)
-        self._on_update(RegistryUpdate(kinds, shapes, pieces))
+            pieces, complete = pieces_of(self._entries), not self._missing()
+        self._on_update(RegistryUpdate(kinds, shapes, pieces, complete))
 
 
 def pieces_of(entries: Sequence[RegisteredObject]) -> Dict[str, PieceShape]:

@@ -6,10 +6,11 @@ import math
 
 import rospy
 
-from yarm.commander.events import ShowPlan
+from yarm.commander.events import Decision, ShowPlan
 from yarm.commander.machine import Status
 from yarm.geometry import GridSpec
 from yarm.msg import CommanderStatus, GridIndex, GridIndexVector, PlanReport, TaskStatus, WhyCause, WhyChange
+from yarm.msg import Decision as DecisionMessage
 from yarm.planning.why.causes import Answer, Cause
 from yarm.ros.common import names
 from yarm.srv import WhyResponse
@@ -65,6 +66,20 @@ def plan_report(shown: ShowPlan, planner: str, stamp_s: float) -> PlanReport:
         cells = [GridIndex(x=int(w.column[0]), y=int(w.column[1]), z=0) for w in robot_plan.path]
         report.paths.append(GridIndexVector(indices=cells))
     return report
+
+
+def decision_message(decision: Decision, stamp_s: float) -> DecisionMessage:
+    """Decision taken at a simulated time, s."""
+    message = DecisionMessage(
+        number=decision.number,
+        kind=decision.kind.value,
+        robot=decision.robot,
+        goal=decision.goal,
+        text=decision.text,
+    )
+    message.header.stamp = exact_time(stamp_s)
+    message.header.frame_id = names.WORLD_FRAME
+    return message
 
 
 def why_response(answer: Answer, spec: GridSpec) -> WhyResponse:

@@ -202,6 +202,36 @@ TOPICS: Tuple[Topic, ...] = (
         meaning="occupied cells, one colour an object",
     ),
     Topic(
+        names.SEEN_CELLS,
+        "yarm/SeenCells",
+        MERGE,
+        MAP,
+        "30 Hz with `visibility`",
+        "world",
+        queue=32,
+        meaning="what the cameras see of each cell, and from which of them something nearer hides it",
+    ),
+    Topic(
+        names.HIDDEN_CELLS,
+        "visualization_msgs/Marker",
+        MERGE,
+        "RViz",
+        "5 Hz with `visibility`",
+        "world",
+        queue=2,
+        meaning="cells that no camera sees now, translucent: hidden, or never seen",
+    ),
+    Topic(
+        names.COVERAGE,
+        "visualization_msgs/Marker",
+        MERGE,
+        "RViz",
+        "on change with `visibility`",
+        "world",
+        True,
+        meaning="cells that no camera would see if nothing were in the cell",
+    ),
+    Topic(
         names.DIAGNOSTICS,
         "diagnostic_msgs/DiagnosticArray",
         "perception, safety",
@@ -229,6 +259,16 @@ TOPICS: Tuple[Topic, ...] = (
         "world",
         queue=100,
         meaning="what each planning step decided, and how long it took",
+    ),
+    Topic(
+        names.DECISIONS,
+        "yarm/Decision",
+        COMMANDER,
+        "experiments",
+        "each decision of a mission",
+        "world",
+        queue=1000,
+        meaning="the ledger of the mission: what was seen and decided, in order, with every number that was decided",
     ),
     Topic(
         names.PARTICLES_AND_WAYPOINTS,
@@ -273,7 +313,7 @@ TOPICS: Tuple[Topic, ...] = (
         names.sander_status("{arm}"),
         "yarm/SanderStatus",
         SANDER,
-        CONTROLS,
+        f"{CONTROLS}, {SIM}",
         "on change, and 10 Hz",
         queue=20,
         meaning="what the sander does, and why it waits",
@@ -313,6 +353,18 @@ SERVICES: Tuple[Service, ...] = (
     Service(
         names.COMMANDER_WHY, "yarm/Why", COMMANDER, "why a goal is not served, or a robot stands (docs/commander.md)"
     ),
+    Service(
+        names.COMMANDER_WHAT_IF,
+        "yarm/WhatIf",
+        COMMANDER,
+        "what would come of the cell as it is now, under alternatives (docs/experiments.md)",
+    ),
+    Service(
+        names.SAFETY_STOP,
+        "std_srvs/SetBool",
+        SAFETY,
+        "true: every robot and manipulator stands, until false is asked for (docs/safety.md)",
+    ),
     Service(names.SPAWN_OBSTACLES, "yarm/SpawnObstacles", SIM, "add debris, a target or an obstacle"),
     Service(names.DELETE_OBSTACLES, "yarm/SpawnObstacles", SIM, "remove one; only the name counts"),
     Service(names.PREDICT_NEW_STATE, "yarm/PredictNewState", MAP, "would these objects touch if they were there?"),
@@ -343,8 +395,40 @@ HAND_TOPICS: Tuple[Topic, ...] = (
         queue=10,
         meaning="something hangs on the cup",
     ),
+    Topic(
+        names.gripper("{robot}", "state"),
+        "yarm/GripperState",
+        SIM,
+        f"cluster_assoc, {CONTROLS}, {COMMANDER} with removal: bin; all in lock-step only",
+        "each tick, to whoever listens",
+        queue=10,
+        meaning="the same with its time: what counts for a camera set or a tick does not depend on what arrives first",
+    ),
 )
 """Of mobile robots with a hand, besides the cell's."""
+
+ARM_TOPICS: Tuple[Topic, ...] = (
+    Topic("/clock", "rosgraph_msgs/Clock", "youbot_simulation", "all", "60 Hz", queue=10, meaning="simulated time"),
+    Topic(
+        names.ARM_COMMAND,
+        "trajectory_msgs/JointTrajectory",
+        "people, rosbag play tour.bag",
+        "youbot_simulation",
+        "on demand",
+        queue=10,
+        meaning="a motion of the arm in the driver's angles, rad; one that cannot be followed is refused in the log",
+    ),
+    Topic(
+        names.ARM_JOINT_STATES,
+        "sensor_msgs/JointState",
+        "youbot_simulation",
+        "people",
+        "60 Hz",
+        queue=10,
+        meaning="measured angles and speeds of arm_joint_1 to 5, the driver's",
+    ),
+)
+"""Of the youBot's arm on its floor."""
 
 HAND_SERVICES: Tuple[Service, ...] = (
     Service(names.gripper("{robot}", "on"), "std_srvs/Empty", SIM, "suction on: the cup takes what it presses on"),

@@ -200,7 +200,7 @@ EVERY_TOPIC: Tuple[Topic, ...] = (
     *(
         _known(topic)
         for topic in api_rooms.TOPICS
-        if topic.name not in (names.SLAM_ENTROPY, names.mux_input("{source}"))
+        if topic.name not in (names.SLAM_ENTROPY, names.SLAM_STATE, names.mux_input("{source}"))
     ),
     Topic(names.mux_input("{source}"), "geometry_msgs/Twist", "people", MUX, "on demand"),
     *TOPICS,

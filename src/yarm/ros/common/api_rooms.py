@@ -85,8 +85,8 @@ TOPICS: Tuple[Topic, ...] = (
         names.BUMPER_CLOUD,
         "sensor_msgs/PointCloud2",
         ROOM,
-        "RViz",
-        "50 Hz while pressed, and once after",
+        "RViz, explorer in lock-step",
+        "50 Hz while pressed, and once after; in lock-step 10 Hz at least",
         names.BASE_LINK,
         queue=10,
         meaning="a point for each sector: 0.24 m away where it is pressed, 100 m where it is not",
@@ -131,6 +131,17 @@ TOPICS: Tuple[Topic, ...] = (
     Topic(names.MAP, "nav_msgs/OccupancyGrid", SLAM, "explorer", "every 5 s", names.MAP_FRAME, True, 1, "docs/slam.md"),
     Topic(names.MAP_METADATA, "nav_msgs/MapMetaData", SLAM, "people", "every 5 s", latched=True, meaning="its size"),
     Topic(names.SLAM_ENTROPY, "std_msgs/Float64", SLAM, "people", "each match", queue=1, meaning="of the pose, nats"),
+    Topic(
+        names.SLAM_STATE,
+        "diagnostic_msgs/DiagnosticArray",
+        SLAM,
+        "explorer",
+        "each scan",
+        names.MAP_FRAME,
+        True,
+        10,
+        "what became of the scan of this stamp: OK when matched or not due, else why not; stamp of the newest map",
+    ),
     Topic(
         names.DIAGNOSTICS, "diagnostic_msgs/DiagnosticArray", SLAM, "people", "1 Hz", queue=10, meaning="sick inputs"
     ),

@@ -9,6 +9,7 @@ import math
 import time
 from typing import Any, Dict, Optional, Sequence, Tuple
 
+import rosgraph
 import rospy
 from geometry_msgs.msg import Pose, TransformStamped
 from sensor_msgs.msg import JointState, PointCloud2
@@ -126,6 +127,8 @@ def registry_fault(message: ObjectRegistry) -> str:
     for entry in message.entries:
         if not entry.name or entry.object not in tuple(ObjectKind):
             return f"object {entry.name!r} is a {entry.object!r}, expected one of {', '.join(ObjectKind)}"
+        if entry.object in ROBOT_KINDS and not rosgraph.names.is_legal_base_name(entry.name):
+            return f"robot {entry.name!r}: topics are called after it: letters, digits and _, a letter first"
         if not len(entry.shapes) == len(entry.shape_poses) == len(entry.shape_frames):
             lengths = (len(entry.shapes), len(entry.shape_poses), len(entry.shape_frames))
             return f"{entry.name}: shapes, shape_poses and shape_frames differ in length: {lengths}"

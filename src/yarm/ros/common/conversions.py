@@ -16,11 +16,13 @@ from geometry_msgs.msg import Pose, Transform
 from yarm.geometry import (
     CarriedPiece,
     CellMap,
+    CellState,
     FloatArray,
     GridSpec,
     MappedObject,
     Pose2,
     SeenPiece,
+    Visibility,
     transform_matrix,
     yaw_of_quaternion,
 )
@@ -56,6 +58,11 @@ class _Reader:
         self._at += values.nbytes
         return values
 
+    @property
+    def left(self) -> int:
+        """Bytes that have not been read."""
+        return len(self._data) - self._at
+
     def header(self) -> float:
         _, secs, nsecs = self.unpack("III")
         self.text()
@@ -66,6 +73,7 @@ def parse_map_metadata(data: bytes) -> CellMap:
     """The live grid from the bytes of a serialised MapMetaData message.
 
     Arrays are views of ``data`` where they can be; a 50 x 50 x 20 grid with 3 000 cells takes about 0.1 ms.
+    Bytes that end after the carried pieces are of a recording from before there was visibility.
 
     Raises:
         ValueError: the bytes end too early or contradict themselves; the message says where.
@@ -98,6 +106,7 @@ def _parse(reader: _Reader) -> CellMap:
         raise ValueError("the arrays of objects differ in length")
     if len(grid) != spec.n_cells:
         raise ValueError(f"the grid has {len(grid)} values, its shape {spec.shape} needs {spec.n_cells}")
+    visibility = _visibility(reader, spec) if reader.left else None
     _check_contents(spec, names_, cells, grid)
     _check_pieces(names_, pieces)
     _check_carried(names_, carried)
@@ -105,7 +114,32 @@ def _parse(reader: _Reader) -> CellMap:
         name: _mapped(name, kind, int(uid), pose, own, pieces.get(name), carried.get(name))
         for name, kind, uid, pose, own in zip(names_, kinds, uids, poses, cells)
     }
-    return CellMap(stamp_s, spec, grid.reshape(spec.shape), objects)  # type: ignore[arg-type]
+    return CellMap(stamp_s, spec, grid.reshape(spec.shape), objects, visibility)  # type: ignore[arg-type]
+
+
+def _visibility(reader: _Reader, spec: GridSpec) -> Optional[Visibility]:
+    """What the cameras see of the cells; None when nothing is told.
+
+    Raises:
+        ValueError: the arrays do not fit the grid, or each other.
+    """
+    states: npt.NDArray[np.int8] = reader.array("i1", reader.count())  # type: ignore[assignment]
+    hidden_by: npt.NDArray[np.uint32] = reader.array("<u4", reader.count())  # type: ignore[assignment]
+    age_s: npt.NDArray[np.float32] = reader.array("<f4", reader.count())  # type: ignore[assignment]
+    for name, array in (("visibility", states), ("age_s", age_s)):
+        if len(array) not in (0, spec.n_cells):
+            raise ValueError(f"{name} has {len(array)} values, the grid of {spec.shape} needs {spec.n_cells} or none")
+    if len(states) and (states.min() < 0 or states.max() > CellState.OCCUPIED):
+        raise ValueError(f"visibility's values {states.min()} to {states.max()} must be 0 to {CellState.OCCUPIED:d}")
+    unseen = np.count_nonzero(states < CellState.FREE)
+    if len(hidden_by) != unseen:
+        raise ValueError(f"hidden_by has {len(hidden_by)} values for {unseen} cells that are not seen")
+    if len(age_s) and not (age_s >= 0.0).all():
+        raise ValueError("age_s must be 0 or more in every cell")
+    if not len(states):
+        return None
+    ages = age_s.reshape(spec.shape) if len(age_s) else None
+    return Visibility(states.reshape(spec.shape), hidden_by, ages)
 
 
 def _mapped(
@@ -156,7 +190,9 @@ def _piece(reader: _Reader) -> Tuple[str, SeenPiece]:
     name = reader.text()
     points = int(reader.unpack("i")[0])
     x, y, z, axis_rad, length_m, width_m = reader.unpack("6d")
-    return name, SeenPiece(points, (x, y, z), axis_rad, length_m, width_m)
+    mask = int(reader.unpack("I")[0])
+    cameras = tuple(bit + 1 for bit in range(32) if mask >> bit & 1)
+    return name, SeenPiece(points, (x, y, z), axis_rad, length_m, width_m, cameras)
 
 
 def _check_carried(object_names: List[str], carried: Dict[str, CarriedPiece]) -> None:

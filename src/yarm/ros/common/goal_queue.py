@@ -13,7 +13,11 @@ from typing import Any, Callable, List, Optional
 import rospy
 from actionlib import ActionServer, ServerGoalHandle
 
+from yarm.ros.common.checks import Doorkeeper, stamp_fault
+
 STATUS_PERIOD_S = 0.2
+MOST_EARLY = 50
+"""Cancels kept whose goals have not come."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class GoalEvent:
 class GoalQueue(ActionServer):  # type: ignore[misc]
     """An action of which at most one goal is active."""
 
+    status_list: List[Any]
+    """actionlib's own: how every goal stands, and cancels whose goals have not come."""
+
     def __init__(self, name: str, action: Any, wake: Callable[[], None]) -> None:
         """Advertise the action.
 
@@ -36,6 +43,7 @@ class GoalQueue(ActionServer):  # type: ignore[misc]
             wake: called when a goal or cancel has come; must take no lock that a caller of this class holds.
         """
         self._wake = wake
+        self._cancels = Doorkeeper(f"{name}/cancel")
         super().__init__(name, action, self._on_goal, self._on_cancel, auto_start=False)
         self._events: queue.SimpleQueue[GoalEvent] = queue.SimpleQueue()
         self._active: Optional[ServerGoalHandle] = None
@@ -50,8 +58,18 @@ class GoalQueue(ActionServer):  # type: ignore[misc]
         self._arrived(goal)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Take a cancel in, then as usual."""
-        super().internal_cancel_callback(goal_id)
+        """Take a cancel in, then as usual; one stamped in the future would cancel every goal until then.
+
+        actionlib keeps each cancel whose goal it does not know, should that come late, and complains of all of those
+        with each further cancel; here they are left aside, and at most ``MOST_EARLY`` others are kept.
+        """
+        if self._cancels.refuses(goal_id, stamp_fault(goal_id.stamp.to_sec(), rospy.get_time())):
+            return
+        with self.lock:
+            others = [st for st in self.status_list if st.goal is None and st.status.goal_id.id != goal_id.id]
+            self.status_list = [st for st in self.status_list if st.goal is not None]
+            super().internal_cancel_callback(goal_id)
+            self.status_list += others[-MOST_EARLY:]
         self._arrived(goal_id)
 
     def _arrived(self, message: Any) -> None:

@@ -10,10 +10,11 @@ import os
 from pathlib import Path
 from typing import Callable, Dict, List, Sequence
 
-from yarm.commander.params import CheckSteps, Removal
+from yarm.commander.params import CheckSteps, Execution, Removal
 from yarm.exploration.registry import CONTROLLERS
 from yarm.inspection.model import CONTROLLERS as ROUNDS
 from yarm.params import has_form
+from yarm.planning.model.hidden import HiddenPolicy
 from yarm.planning.registry import PLANNER_NAMES
 from yarm.resources import resource
 from yarm.robots.hc10 import NAME
@@ -112,11 +113,14 @@ CHECKS: Dict[str, Check] = {
     "backend": _one_of("fused", "pcl"),
     "mode": _one_of("bounded", "boundless"),
     "check_steps": _one_of(*(mode.value for mode in CheckSteps)),
+    "execution": _one_of(*(way.value for way in Execution)),
+    "hidden": _one_of(*(policy.value for policy in HiddenPolicy)),
     "removal": _one_of(*(way.value for way in Removal)),
     "real_time_factor": _number(0.0, 100.0),
     "recording": _recording,
     "drive": _one_of("mux", "move_base"),
     "mission": _one_of("cell", "exploration", "inspection"),
+    "console_port": _whole(0, 65535),
     "rate": _number(0.01, 100.0),
     "start": _number(0.0, 1e6),
     **dict.fromkeys(("rviz", "gui"), _window),
@@ -141,6 +145,7 @@ CHECKS: Dict[str, Check] = {
             "gate",
             "rough_pose",
             "recogniser",
+            "console",
         ),
         _BOOL,
     ),
@@ -158,7 +163,26 @@ def faults(arguments: Sequence[str]) -> List[str]:
         fault = CHECKS[name](value)
         if fault:
             found.append(f"launch argument {name.partition('@')[0]} = {value!r}: {fault}")
-    return found + _arms_without_sander(dict(word.split(":=", 1) for word in arguments if ":=" in word))
+    values = dict(word.split(":=", 1) for word in arguments if ":=" in word)
+    return found + _arms_without_sander(values) + _nothing_to_carry_with_or_to(values)
+
+
+def _nothing_to_carry_with_or_to(values: Dict[str, str]) -> List[str]:
+    """Debris that is to be carried to a bin without a hand, or without a bin."""
+    if values.get("removal") != Removal.BIN.value:
+        return []
+    scene = values.get("scene", "")
+    try:
+        loaded = load_scene(scene) if scene and not _scene(scene) else None
+    except SceneError as error:
+        return [str(error)]
+    found = []
+    if values.get("hands") == "false" and not (loaded and any(robot.has_hand for robot in loaded.robots)):
+        found.append("launch argument removal = 'bin': the robots need hands, and hands = 'false'; say hands:=true")
+    if loaded is not None and not loaded.bins:
+        text = "has no bins to carry debris to; give it one under `bins`, or say removal:=delete"
+        found.append(f"launch argument removal = 'bin': scene {scene} {text}")
+    return found
 
 
 def _arms_without_sander(values: Dict[str, str]) -> List[str]:

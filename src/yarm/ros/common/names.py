@@ -29,6 +29,9 @@ ASSOCIATED_CLUSTERS = "associated_clusters"
 PLANNING_METADATA = "planning_metadata"
 COLLISIONS = "collisions"
 OCCUPANCY = "occupancy"
+HIDDEN_CELLS = "hidden_cells"
+SEEN_CELLS = "seen_cells"
+COVERAGE = "coverage"
 PREDICT_NEW_STATE = "predict_new_state"
 DIAGNOSTICS = "/diagnostics"
 
@@ -45,6 +48,7 @@ PARTICLE_CLOUD = "particlecloud"
 GLOBAL_LOCALIZATION = "global_localization"
 REQUEST_NOMOTION_UPDATE = "request_nomotion_update"
 SLAM_ENTROPY = "slam_gmapping/entropy"
+SLAM_STATE = "slam_gmapping/state"
 
 # A TurtleBot in a room.
 ODOM = "odom"
@@ -110,20 +114,29 @@ def inspector(name: str) -> str:
 # Commander and safety.
 COMMANDER_STATE = "commander_state"
 COMMANDER_WHY = "commander/why"
+COMMANDER_WHAT_IF = "commander/what_if"
 COMMANDER_STATUS = "commander/status"
 PERMISSION = "commander/permission"
 PLAN_REPORT = "commander/plan"
+DECISIONS = "commander/decisions"
 PARTICLES_AND_WAYPOINTS = "particles_and_waypoints"
 MAPS_AND_MASKS = "maps_and_masks"
 SAFETY_STATUS = "safety/status"
+SAFETY_STOP = "safety/stop"
+SAFETY_STOPPED_BY = "safety/stopped_by"
+"""Parameter that keeps a stop over the death of the node that serves it: who stopped everything, empty for nobody."""
 
-# The youBot's arm, in bags.
+# The youBot's arm, in bags and of its driver.
 TARGET_POSITION = "target_position"
 ARM_COMMAND = "EffortJointInterface_trajectory_controller/command"
+ARM_JOINT_STATES = "joint_states"
 
 # Nodes whose heartbeats others wait for.
 COMMANDER_NODE = "commander"
 SAFETY_NODE = "safety_monitor"
+
+# The operator's page; nobody waits for it.
+CONSOLE_NODE = "console"
 
 CASTERS = ankurbot.CASTERS
 
@@ -159,7 +172,7 @@ def caster_state(robot: str, caster: str) -> str:
 
 
 def gripper(robot: str, name: str) -> str:
-    """Of a mobile robot's hand: services on and off, topic grasping."""
+    """Of a mobile robot's hand: services on and off, topics grasping and state."""
     return f"{robot}/gripper/{name}"
 
 

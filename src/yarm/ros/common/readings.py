@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable, Optional, Tuple
+from typing import Any, Callable, FrozenSet, Optional, Tuple
 
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry as OdometryMessage
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, LaserScan, PointCloud2, PointField
 
 from yarm.geometry.scans import Odometry, Scan
 from yarm.msg import BumperEvent as BumperMessage
@@ -18,6 +18,9 @@ from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.frames import Frames
 
 IMAGE_BYTES = 2**21
+PRESSED_M = 1.0
+"""Points of the bumper's cloud nearer than this are pressed sectors; the others are put far away."""
+XY_FIELDS = [("x", 0, PointField.FLOAT32), ("y", 4, PointField.FLOAT32)]
 LEAST_TURN_RAD = 1e-6
 """Beams that turn by less look all the same way."""
 
@@ -83,6 +86,21 @@ def read_bumper(message: BumperMessage) -> Tuple[Optional[BumperEvent], str]:
     if message.bumper not in tuple(Bumper) or message.state not in (BumperMessage.RELEASED, BumperMessage.PRESSED):
         return None, f"bumper {message.bumper}, state {message.state} mean nothing"
     return BumperEvent(Bumper(message.bumper), message.state == BumperMessage.PRESSED), ""
+
+
+def read_pressed(message: PointCloud2) -> Tuple[FrozenSet[Bumper], str]:
+    """Which sectors a cloud of the bumper says are pressed, or what is wrong with it."""
+    fields = [(field.name, field.offset, field.datatype) for field in message.fields[:2]]
+    count = message.width * message.height
+    if fields != XY_FIELDS or message.is_bigendian or count != len(Bumper):
+        return frozenset(), f"{count} points with the fields {fields}, {len(Bumper)} with {XY_FIELDS} are expected"
+    if message.point_step < 8 or len(message.data) < count * message.point_step:
+        return frozenset(), f"{len(message.data)} bytes for {count} points of {message.point_step}"
+    raw = np.frombuffer(message.data, np.uint8, count * message.point_step).reshape(count, message.point_step)
+    points = np.ascontiguousarray(raw[:, :8]).view("<f4")
+    near = points[np.hypot(points[:, 0], points[:, 1]) < PRESSED_M]
+    sides = np.sign(np.where(np.abs(near[:, 1]) < 0.5 * np.abs(near[:, 0]), 0.0, near[:, 1]))
+    return frozenset({1: Bumper.LEFT, 0: Bumper.CENTER, -1: Bumper.RIGHT}[int(side)] for side in sides), ""
 
 
 def image_fault(message: Image) -> str:

@@ -6,12 +6,13 @@ import math
 import threading
 import time
 from collections import deque
-from typing import Deque, List, Optional, Protocol, Set, Tuple
+from typing import Deque, Dict, FrozenSet, List, Optional, Protocol, Set, Tuple
 
 import numpy as np
+import rospy
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, LaserScan, PointCloud2
 
 from yarm.geometry import FloatArray
 from yarm.geometry.scans import Odometry, Scan
@@ -19,11 +20,11 @@ from yarm.msg import BumperEvent as BumperMessage
 from yarm.msg import StepAck
 from yarm.navigation.grid_map import GridMap
 from yarm.navigation.low_obstacles import low_obstacles
-from yarm.robots.turtlebot import BumperEvent
+from yarm.robots.turtlebot import Bumper, BumperEvent
 from yarm.ros.common import names
 from yarm.ros.common.checks import present_s
 from yarm.ros.common.frames import Frames
-from yarm.ros.common.readings import image_fault, listen, read_bumper, read_odometry, read_scan
+from yarm.ros.common.readings import image_fault, listen, read_bumper, read_odometry, read_pressed, read_scan
 from yarm.ros.navigation.maps import grid_fault, grid_of
 
 LOOK_AGAIN_S = 0.005
@@ -87,6 +88,8 @@ class RobotInputs:
         ]
         if bumper:
             self._subscribers.append(listen(names.BUMPER, BumperMessage, self._on_bumper, 10))
+        if bumper and params.sync:
+            self._subscribers.append(listen(names.BUMPER_CLOUD, PointCloud2, self._on_pressed, 10))
         if low:
             self._subscribers.append(listen(names.DEPTH_IMAGE, Image, self._on_depth_image, 1))
         if params.sync:
@@ -98,7 +101,11 @@ class RobotInputs:
             self._scans: Deque[Scan] = deque(maxlen=self._kept)
             self._past: Deque[Odometry] = deque(maxlen=self._kept)
             self._bumps: List[BumperEvent] = []
+            self._pressed_s = -math.inf
+            self._pressed: FrozenSet[Bumper] = frozenset()
+            self._felt: Optional[FrozenSet[Bumper]] = None
             self._low: Optional[Tuple[float, FloatArray]] = None
+            self._missed: List[str] = []
         self._frames.forget()
 
     def together(self) -> bool:
@@ -138,19 +145,37 @@ class RobotInputs:
         low, self._low = self._low, None
         return low
 
-    def _stamps(self, now_s: float) -> List[float]:
-        """Of everything that a pass of the lock-step waits for."""
-        return [self._scan_s(), self._odometry_s()]
+    def _stamps(self, now_s: float) -> Dict[str, float]:
+        """Of everything that a pass of the lock-step waits for, by what it is."""
+        stamps = {"scan": self._scan_s(), "odometry": self._odometry_s()}
+        if self._felt is not None:
+            stamps["bumper event"] = self._pressed_s if self._felt == self._pressed else -math.inf
+        return stamps
 
     def _wait_for_all_of(self, now_s: float) -> None:
         """In lock-step: what was measured at this moment may still be on its way."""
+        if not self._shared.sync:
+            return
         end = time.monotonic() + self._shared.sync_wait
-        while self._shared.sync and time.monotonic() < end:
-            if all(stamp_s >= now_s - 1e-6 for stamp_s in self._stamps(now_s)):
-                return
+        late = self._late(now_s)
+        while late and time.monotonic() < end:
             self._changed.wait(LOOK_AGAIN_S)
+            late = self._late(now_s)
+        if late and late != self._missed:
+            rospy.logwarn(
+                "lock-step at %.2f s: no %s of this moment within %g s of wall time; passes go on without, and this "
+                "run may come out otherwise than another: is who says it alive? else raise sync_wait",
+                now_s,
+                " and no ".join(late),
+                self._shared.sync_wait,
+            )
+        self._missed = late
 
-    def _take_map(self, stamp_s: float, grid: GridMap) -> None:
+    def _late(self, now_s: float) -> List[str]:
+        """What has not come yet of all that a pass of the lock-step waits for."""
+        return [what for what, stamp_s in self._stamps(now_s).items() if stamp_s < now_s - 1e-6]
+
+    def _take_map(self, message: OccupancyGrid, grid: GridMap) -> None:
         """A map has come."""
         self._map, self._map_count = grid, self._map_count + 1
 
@@ -176,6 +201,22 @@ class RobotInputs:
         if event is not None:
             with self._changed:
                 self._bumps.append(event)
+                if self._felt is not None:
+                    self._felt = self._felt | {event.bumper} if event.pressed else self._felt - {event.bumper}
+                    self._changed.notify_all()
+        return fault
+
+    def _on_pressed(self, message: PointCloud2) -> str:
+        """Events bear no stamps: in lock-step the cloud tells whether all of them have come.
+
+        What is pressed at first was never an event.
+        """
+        pressed, fault = read_pressed(message)
+        if not fault:
+            with self._changed:
+                self._pressed, self._pressed_s = pressed, message.header.stamp.to_sec()
+                self._felt = pressed if self._felt is None else self._felt
+                self._changed.notify_all()
         return fault
 
     def _on_map(self, message: OccupancyGrid) -> str:
@@ -183,7 +224,7 @@ class RobotInputs:
         if not fault:
             grid = grid_of(message)
             with self._changed:
-                self._take_map(message.header.stamp.to_sec(), grid)
+                self._take_map(message, grid)
         return fault
 
     def _on_ack(self, message: StepAck) -> str:

@@ -10,6 +10,7 @@ A node obeys whoever can reach its sockets; one that is reached from other machi
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -18,15 +19,20 @@ from typing import Any, Callable, DefaultDict, Tuple
 
 import rosgraph
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rospy.impl.masterslave import ROSHandler
 
+from yarm.ros.common import names
 from yarm.safety.listening import exposure
+from yarm.safety.supervise import LAST_END, RESTARTS
 
 Connect = Callable[[Any, str, str], Any]
 MASTER_WAIT_S, MASTER_POLL_S = 20.0, 0.2
 """Wall time that a command waits for a ROS master, and between two looks, s."""
 NO_MASTER = 2
 """Exit code of a command that finds none."""
+REPORT_PERIOD_S = 1.0
+"""Wall time between two words of a node that was started again, s."""
 
 
 def init_node(name: str, **options: Any) -> None:
@@ -42,6 +48,30 @@ def init_node(name: str, **options: Any) -> None:
             name,
             exposed,
         )
+    if RESTARTS in os.environ:
+        threading.Thread(target=_tell_restarts, args=(name,), daemon=True).start()
+
+
+def restarts_status(name: str, count: str, last: str) -> DiagnosticStatus:
+    """The diagnostics of a node that was started again so many times because the one before had ended so."""
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN,
+        name=f"{name}: supervision",
+        message=f"started again, {count} times in all; the one before: {last}",
+        hardware_id=name,
+        values=[KeyValue("started again", count), KeyValue("the one before", last)],
+    )
+
+
+def _tell_restarts(name: str) -> None:
+    publisher = rospy.Publisher(names.DIAGNOSTICS, DiagnosticArray, queue_size=10)
+    status = restarts_status(name, os.environ[RESTARTS], os.environ.get(LAST_END, ""))
+    rospy.logwarn("%s: %s", name, status.message)
+    while not rospy.is_shutdown():
+        time.sleep(REPORT_PERIOD_S)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = rospy.Time.now()
+        publisher.publish(array)
 
 
 def init_command(name: str, wait_s: float = MASTER_WAIT_S, **options: Any) -> None:

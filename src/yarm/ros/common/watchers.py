@@ -16,7 +16,7 @@ class Watchers:
     """Says whether the safety monitor and the Commander let a node move what it moves. Thread-safe."""
 
     def __init__(self, params: GuardParams, lock_step: bool) -> None:
-        """Subscribe, when anybody is to be heard.
+        """Subscribe; a person's stop counts whoever else is to be heard.
 
         Args:
             params: who must be heard, and how often.
@@ -25,12 +25,13 @@ class Watchers:
         ages_s = {names.SAFETY_NODE: params.monitor_age_s, names.COMMANDER_NODE: params.commander_age_s}
         self._lock = threading.Lock()
         self._switch = DeadMansSwitch(ages_s if params.guarded and not lock_step else {})
-        self._subscribers = []
+        self._subscribers = [
+            rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_monitor, queue_size=10, tcp_nodelay=True)
+        ]
         if params.guarded and not lock_step:
-            self._subscribers = [
-                rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_monitor, queue_size=10, tcp_nodelay=True),
-                rospy.Subscriber(names.PERMISSION, Permission, self._on_commander, queue_size=10, tcp_nodelay=True),
-            ]
+            self._subscribers.append(
+                rospy.Subscriber(names.PERMISSION, Permission, self._on_commander, queue_size=10, tcp_nodelay=True)
+            )
 
     def objection(self, now_s: float) -> str:
         """Why nothing may move at a simulated time, s, and what to do; empty when it may."""
@@ -43,6 +44,8 @@ class Watchers:
             self._switch.reset()
 
     def _on_monitor(self, message: SafetyStatus) -> None:
+        with self._lock:
+            self._switch.stop((message.reason or "no reason given") if message.latched else "")
         self._hear(names.SAFETY_NODE, message.header.stamp.to_sec(), "")
 
     def _on_commander(self, message: Permission) -> None:

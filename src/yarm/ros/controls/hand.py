@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from typing import Callable, Dict, List, Optional
+from typing import Callable, Dict, List, Optional, Tuple
 
 import rospy
 from std_msgs.msg import Bool, Float64
@@ -12,9 +13,11 @@ from std_srvs.srv import Empty
 from yarm.control.actions import MobileAction
 from yarm.control.base.controller import Outcome
 from yarm.control.hand import HandCommand, HandParams, HandReading, HandWork
+from yarm.msg import GripperState
 from yarm.ros.common import names
 from yarm.ros.controls.robots import End, Outbox
 
+SAME_TICK_S = 1e-4
 SWITCH_LIMIT_S = 2.0
 """Longest wall time for suction to be switched, s."""
 
@@ -22,7 +25,9 @@ SWITCH_LIMIT_S = 2.0
 class Hand:
     """One hand. Its services are called between two ticks, so that in lock-step the world stands still meanwhile."""
 
-    def __init__(self, robot: str, params: HandParams, outbox: Outbox, wake: Callable[[], None]) -> None:
+    def __init__(
+        self, robot: str, params: HandParams, outbox: Outbox, wake: Callable[[], None], sync: bool = False
+    ) -> None:
         """Advertise and subscribe.
 
         Args:
@@ -30,6 +35,7 @@ class Hand:
             params: how it works.
             outbox: of the robot.
             wake: called when something a tick may wait for has come.
+            sync: in lock-step: it waits for the hand's word of each tick.
         """
         self._work = HandWork(params)
         self._outbox, self._wake = outbox, wake
@@ -39,9 +45,9 @@ class Hand:
         }
         self._grasping: Optional[bool] = None
         self._reading = (0.0, 0.0)
-        self._subscriber = rospy.Subscriber(
-            names.gripper(robot, "grasping"), Bool, self._on_grasping, queue_size=10, tcp_nodelay=True
-        )
+        self._said_s = -math.inf if sync else math.inf
+        topic, kind, heard = ("state", GripperState, self._on_state) if sync else ("grasping", Bool, self._on_grasping)
+        self._subscriber = rospy.Subscriber(names.gripper(robot, topic), kind, heard, queue_size=10, tcp_nodelay=True)
 
     @property
     def active(self) -> bool:
@@ -52,6 +58,10 @@ class Hand:
     def known(self) -> bool:
         """Whether it has said what it holds, and a lift's commands are heard."""
         return self._grasping is not None and self._lift.get_num_connections() > 0
+
+    def ready(self, stamp_s: float) -> bool:
+        """Whether it has said what it holds at a tick; without lock-step always."""
+        return self._said_s >= stamp_s - SAME_TICK_S
 
     def note_joint(self, lift_m: float, speed_mps: float) -> None:
         """Take in the lift's joint: metres down, m/s down."""
@@ -65,10 +75,16 @@ class Hand:
         """One step of the work; its end when it has come."""
         return self._apply(self._work.step(self._read(), now_s))
 
+    def before_driving(self, now_s: float) -> Tuple[bool, Optional[End]]:
+        """Whether the base may drive on, the hand being drawn up; when not, it is drawn up, and the end if it stays."""
+        command = self._work.before_driving(self._read(), now_s)
+        return (True, None) if command is None else (False, self._apply(command))
+
     def stop(self) -> None:
         """Give the work up and draw the hand up; nothing when it is at rest."""
-        if self._work.active:
-            self._apply(self._work.stop())
+        active, command = self._work.active, self._work.stop()
+        if active:
+            self._apply(command)
 
     def reset(self) -> None:
         """Simulated time went backwards: forget the work."""
@@ -83,6 +99,11 @@ class Hand:
 
     def _on_grasping(self, message: Bool) -> None:
         self._grasping = bool(message.data)
+        self._wake()
+
+    def _on_state(self, message: GripperState) -> None:
+        self._grasping = bool(message.grasping)
+        self._said_s = message.header.stamp.to_sec()
         self._wake()
 
     def _apply(self, command: HandCommand) -> Optional[End]:

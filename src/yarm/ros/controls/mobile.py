@@ -13,14 +13,14 @@ from std_msgs.msg import Float64
 from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.base.controller import BaseCommand, BaseController, BaseGoal, Outcome
 from yarm.control.base.footprint import Box, box_around, extent_in_cells
-from yarm.control.base.kinematics import Casters
+from yarm.control.base.kinematics import Casters, full_turn
 from yarm.geometry.grid import GridSpec
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.poses import Pose2, yaw_of_quaternion
 from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject
 from yarm.robots.ankurbot import LIFT_JOINT
 from yarm.ros.common import names
-from yarm.ros.common.checks import Doorkeeper, joints_fault, present_s
+from yarm.ros.common.checks import FARTHEST_M, Doorkeeper, joints_fault, present_s
 from yarm.ros.common.solids import solids_of
 from yarm.ros.controls.hand import Hand
 from yarm.ros.controls.params import ControlsServerParams
@@ -29,6 +29,9 @@ from yarm.ros.controls.robots import End, Outbox, RobotUnit, SeedPose
 REGISTRY_WAIT_S = 3.0
 RESEND_S = 0.5
 CASTER_CHANGE_RAD = 1e-4
+VIA_YAW_DEG = 0.5
+"""Poses a goal goes by may differ from its target's heading by this."""
+MOST_VIA = 100
 HAND_ACTIONS = (MobileAction.PICK, MobileAction.DROP)
 
 
@@ -76,14 +79,12 @@ class MobileUnit(RobotUnit):
         )
 
     def refusal(self, goal: MoveRobotGoal) -> str:
-        """Pose goals need a finite pose."""
+        """Pose goals need finite poses, all at one heading."""
         if not self.drives(goal):
             return ""
-        position, q = goal.target.position, goal.target.orientation
-        values = (position.x, position.y, position.z, q.x, q.y, q.z, q.w)
-        norm = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
-        if not all(math.isfinite(v) for v in values) or abs(norm - 1.0) > 0.01:
-            return f"target {values} must be finite, with a quaternion of length 1 (it is {norm:.3f})"
+        fault = pose_fault("target", goal.target) or via_fault(goal)
+        if fault:
+            return fault
         if MobileAction.of(goal.action) in HAND_ACTIONS and (self._hand is None or not self._hand.known):
             return f"{goal.action}: {self._name} has no hand, or nobody moves it ({names.lift_command(self._name)})"
         return ""
@@ -92,6 +93,16 @@ class MobileUnit(RobotUnit):
         """Every goal but a calibration moves the base."""
         return MobileAction.of(goal.action) is not MobileAction.CALIBRATE
 
+    def continues(self, goal: MoveRobotGoal) -> bool:
+        """A goal that goes by where the straight way being driven ends; a hand's work is done standing."""
+        return self._hand_action is None and self.drives(goal) and self._controller.continues(self._base_goal(goal))
+
+    def _base_goal(self, goal: MoveRobotGoal) -> BaseGoal:
+        action = MobileAction.of(goal.action)
+        near_m = self._params.hand_tolerance_m if action in HAND_ACTIONS else None
+        via = tuple(target_pose(pose) for pose in goal.via)
+        return BaseGoal(target_pose(goal.target), action is MobileAction.ABOUT_BODY, near_m, via)
+
     def start(self, goal: MoveRobotGoal) -> None:
         """Calibrate, or drive to the target; over it the hand may have work."""
         action = MobileAction.of(goal.action)
@@ -99,9 +110,7 @@ class MobileUnit(RobotUnit):
         self._calibration_s = None
         self._hand_action = action if action in HAND_ACTIONS else None
         if not self._calibrating:
-            near_m = self._params.hand_tolerance_m if self._hand_action is not None else None
-            about_body = action is MobileAction.ABOUT_BODY
-            self._controller.start(BaseGoal(target_pose(goal.target), about_body, near_m))
+            self._controller.start(self._base_goal(goal))
 
     def cancel(self, reason: str) -> None:
         """Zero velocity at once; a hand is drawn up."""
@@ -131,8 +140,8 @@ class MobileUnit(RobotUnit):
         feedback.ax, feedback.ay = self._acceleration
 
     def ready(self, stamp_s: float) -> bool:
-        """The casters' angles of this tick are here."""
-        return self._casters_s >= stamp_s - 1e-4
+        """The casters' angles of this tick are here, and in lock-step its hand's word."""
+        return self._casters_s >= stamp_s - 1e-4 and (self._hand is None or self._hand.ready(stamp_s))
 
     def reset(self) -> None:
         """Forget goal, stamps and counts."""
@@ -162,6 +171,10 @@ class MobileUnit(RobotUnit):
         was_active = self._controller.active
         if was_active and self._casters is None:
             return self._without_casters(now_s)
+        if was_active and self._hand is not None:
+            free, end = self._hand.before_driving(now_s)
+            if not free:
+                return self._stand(end)
         command = self._controller.step(planar, self._casters or (0.0, 0.0, 0.0, 0.0), stamp_s)
         self._note_velocity(stamp_s)
         if not was_active:
@@ -173,6 +186,16 @@ class MobileUnit(RobotUnit):
         if command.outcome is Outcome.SUCCEEDED and action is not None and self._hand is not None:
             return self._hand.start(action, now_s)
         return command.outcome, command.reason
+
+    def _stand(self, end: Optional[End]) -> Optional[End]:
+        """Zero velocity while the hand is down; the end of the goal when it does not come up."""
+        if end is None:
+            self.hold()
+            return None
+        outcome, reason = end
+        self._hand_action = None
+        self._send(self._controller.stop(reason, outcome), self._sent[1])
+        return end
 
     def _calibrate(self, now_s: float) -> Optional[End]:
         if self._calibration_s is None:
@@ -214,7 +237,7 @@ class MobileUnit(RobotUnit):
     def _note_hand(self, lift_m: float, speed_mps: float) -> None:
         """Take in the lift of a hand; the first word of it is how the robot is known to have one."""
         if self._hand is None:
-            self._hand = Hand(self._name, self._params, self._outbox, self._wake)
+            self._hand = Hand(self._name, self._params, self._outbox, self._wake, self._params.sync)
         self._hand.note_joint(lift_m, speed_mps)
 
     def _send(self, command: BaseCommand, now_s: float) -> None:
@@ -237,6 +260,31 @@ class MobileUnit(RobotUnit):
             ax, ay = ((new - old) / dt_s for new, old in zip(velocity[:2], self._velocity[:2]))
             self._acceleration = (ax, ay)
         self._velocity, self._velocity_s = velocity, stamp_s
+
+
+def pose_fault(what: str, pose: Pose) -> str:
+    """What is wrong with a pose of a goal; empty when nothing is."""
+    position, q = pose.position, pose.orientation
+    values = (position.x, position.y, position.z, q.x, q.y, q.z, q.w)
+    norm = math.hypot(q.x, q.y, q.z, q.w)
+    if not all(abs(v) <= FARTHEST_M for v in values) or abs(norm - 1.0) > 0.01:
+        limits = f"finite, within {FARTHEST_M:g} m, with a quaternion of length 1 (it is {norm:.3g})"
+        return f"{what} {values} must be {limits}"
+    return ""
+
+
+def via_fault(goal: MoveRobotGoal) -> str:
+    """What is wrong with the poses a goal goes by; empty when nothing is. The base does not turn at them."""
+    if len(goal.via) > MOST_VIA:
+        return f"via has {len(goal.via)} poses; at most {MOST_VIA} are taken, send the rest with later goals"
+    for k, pose in enumerate(goal.via):
+        fault = pose_fault(f"via[{k}]", pose)
+        if fault:
+            return fault
+        off_deg = math.degrees(abs(full_turn(target_pose(pose).yaw_rad - target_pose(goal.target).yaw_rad)))
+        if off_deg > VIA_YAW_DEG:
+            return f"via[{k}] is turned by {off_deg:.1f} deg from the target, allowed {VIA_YAW_DEG:g}: end a goal there"
+    return ""
 
 
 def target_pose(pose: Pose) -> Pose2:

@@ -35,6 +35,7 @@ from yarm.ros.controls.arm import ArmUnit
 from yarm.ros.controls.mobile import MobileUnit
 from yarm.ros.controls.params import ControlsServerParams
 from yarm.ros.controls.robots import RobotUnit, SeedPose, UnitFactory
+from yarm.safety.pulse import Pulse
 
 ROBOT_TYPES: Dict[str, UnitFactory] = {
     "ankurbot_*": MobileUnit,
@@ -121,7 +122,9 @@ class ControlsServer:
     def spin(self) -> None:
         """Work until the node is shut down."""
         rospy.on_shutdown(self._on_shutdown)
+        pulse = Pulse()
         while not rospy.is_shutdown():
+            pulse.beat()
             with self._condition:
                 self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
                 self._woken = False
@@ -289,7 +292,8 @@ class ControlsServer:
                 robot.server.reject(event.handle, refusal)
                 continue
             if robot.server.goal() is not None:
-                robot.unit.cancel("replaced by a newer goal")
+                if not robot.unit.continues(goal):
+                    robot.unit.cancel("replaced by a newer goal")
                 robot.server.finish(Outcome.PREEMPTED, "replaced by a newer goal")
             robot.server.accept(event.handle)
             robot.goal_since_s = now_s

@@ -74,6 +74,11 @@ class RobotUnit(ABC):
         del goal
         return False
 
+    def continues(self, goal: MoveRobotGoal) -> bool:
+        """Whether a goal leads on from the one under way, so that nothing needs to stop for it."""
+        del goal
+        return False
+
     @abstractmethod
     def start(self, goal: MoveRobotGoal) -> None:
         """Begin a goal that was not refused."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Deque, Dict, List, Optional, Set, Tuple
 
 import rospy
+from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Float32, Int8
 from tf2_msgs.msg import TFMessage
 
@@ -19,13 +20,14 @@ from yarm.msg import (
     Clearance,
     CommanderStatus,
     Contacts,
+    Decision,
     MoveRobotActionGoal,
     ObjectRegistry,
     PlanReport,
     SimStatus,
 )
 from yarm.ros.common import names
-from yarm.ros.common.conversions import pose2_of_transform
+from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform
 
 ENDED = ("reached", "backing_out", "unreachable", "failed")
 """Task statuses of goals the Commander is done with, well or not."""
@@ -76,6 +78,7 @@ class ExperimentInputs:
         self._statuses: Deque[CommanderStatus] = deque(maxlen=STATUSES)
         self._frames: Dict[str, str] = {}
         self._goal_frames: Dict[str, str] = {}
+        self._flange_frames: Dict[str, str] = {}
         self._fixed: Dict[str, Pose2] = {}
         self._robot_topics: Dict[str, List[rospy.Subscriber]] = {}
         self._subscribers = [
@@ -84,6 +87,7 @@ class ExperimentInputs:
             rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
             rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100),
             rospy.Subscriber(names.PLAN_REPORT, PlanReport, self._on_plan, queue_size=100),
+            rospy.Subscriber(names.DECISIONS, Decision, self._on_decision, queue_size=1000),
             rospy.Subscriber(names.SIM_CONTACTS, Contacts, self._on_contacts, queue_size=1000),
             rospy.Subscriber(names.SIM_CLEARANCE, Clearance, self._on_clearance, queue_size=100),
             rospy.Subscriber(names.SIM_STATUS, SimStatus, self._on_sim, queue_size=10),
@@ -105,6 +109,7 @@ class ExperimentInputs:
             self._frames = {e.seed_frame: e.name for e in message.entries if e.object == ObjectKind.MOBILE}
             self._goal_frames = {e.seed_frame: e.name for e in message.entries if e.object in GOAL_KINDS}
             arms = [e.name for e in message.entries if e.object == ObjectKind.MANIPULATOR]
+            self._flange_frames = {e.seed_frame: e.name for e in message.entries if e.name in arms}
             self._take_fixed_goals()
         for robot in self.state.robots:
             self._follow(robot, [(names.move_robot(robot) + "/goal", MoveRobotActionGoal, self._on_goal)])
@@ -131,6 +136,8 @@ class ExperimentInputs:
             for transform in message.transforms:
                 child = transform.child_frame_id.lstrip("/")
                 robot, goal = self._frames.get(child), self._goal_frames.get(child)
+                if child in self._flange_frames:
+                    self._take_tool(self._flange_frames[child], transform)
                 if robot is None and goal is None:
                     continue
                 pose = pose2_of_transform(transform.transform)
@@ -140,6 +147,12 @@ class ExperimentInputs:
                     self.recorder.pose(now_s, robot, pose.x, pose.y, pose.yaw_rad)
                 if goal is not None:
                     self.recorder.goal_pose(goal, pose.x, pose.y)
+
+    def _take_tool(self, arm: str, stamped: TransformStamped) -> None:
+        """Where a tool is, while it works on its raster."""
+        if self.state.manipulators[arm].state == SanderState.SCAN_TO_PATH:
+            pose = matrix_of_transform(stamped.transform)
+            self.recorder.tool(stamped.header.stamp.to_sec(), arm, pose[:3, 3].tolist(), pose[:3, 2].tolist())
 
     def _on_tf_static(self, message: TFMessage) -> None:
         with self.lock:
@@ -198,7 +211,13 @@ class ExperimentInputs:
     def _on_clearance(self, message: Clearance) -> None:
         with self.lock:
             for robot, nearest, distance in zip(message.robots, message.nearest, message.distances):
-                self.recorder.clearance(robot, nearest, distance)
+                self.recorder.clearance(message.header.stamp.to_sec(), robot, nearest, distance)
+
+    def _on_decision(self, message: Decision) -> None:
+        with self.lock:
+            self.recorder.decision(
+                message.header.stamp.to_sec(), message.number, message.kind, message.robot, message.goal, message.text
+            )
 
     def _on_sim(self, message: SimStatus) -> None:
         with self.lock:
@@ -226,7 +245,14 @@ class ExperimentInputs:
     def _on_sander(self, message: Int8, arm: str) -> None:
         with self.lock:
             self.state.manipulators[arm].state = message.data
+            self._note_sander(arm)
 
     def _on_raster(self, message: Float32, arm: str) -> None:
         with self.lock:
             self.state.manipulators[arm].progress = message.data
+            self._note_sander(arm)
+
+    def _note_sander(self, arm: str) -> None:
+        state = SanderState.of(self.state.manipulators[arm].state)
+        if state is not None:
+            self.recorder.sander(arm, state.words, self.state.manipulators[arm].progress)

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import signal
 import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Dict, List, Sequence, Tuple
 
 import psutil
 import yaml
 
-from yarm.commander.params import Removal
+from yarm.commander.params import Execution, Removal
 from yarm.experiments.cells.outcome import cell_line, kind_of, read_cell
 from yarm.experiments.explore.writers import run_folder as explore_folder
 from yarm.experiments.inspect.writers import run_folder as inspect_folder
+from yarm.experiments.run.cases import case_of
+from yarm.experiments.run.repeat import write_arguments
+from yarm.planning.fleet.problem import FINER_TURNS_DEG
+from yarm.planning.model.hidden import HiddenPolicy
 from yarm.planning.model.params import PlannerParams
 from yarm.robots.hc10 import NAME
 from yarm.ros.common.launch_arguments import CHECKS, faults
 from yarm.ros.experiment.console import Console, last_words
+from yarm.ros.experiment.page import page
 from yarm.sim.checks.cell_check import unreachable_goals
 from yarm.sim.scenes.random_cell import KINDS, random_cell
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene
@@ -32,6 +39,7 @@ EXPLORE, INSPECT, RANDOM = "explore", "inspect", "random"
 MISSION_LIMIT_S = 900.0
 SLOWEST = 4.0
 """Wall seconds that a simulated second of a soak may take."""
+HALF_TURN_DEG = 180.0
 STOP_LIMIT_S = 40.0
 INTERRUPTED = 130
 POLL_S = 0.25
@@ -45,8 +53,8 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--case",
         default="1m1ma",
-        help="1m1ma, 2m1ma, 1m1ma_bin, 2m1ma_bin, 3m6_bin, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random "
-        "or a scene file",
+        help="1m1ma and 2m1ma (with hands and a bin, 1m1ma_bin and 2m1ma_bin; as published with --removal delete), "
+        "3m6_bin, 2m2ma, 3m, single, 1m1ma_target, explore, inspect, random or a scene file",
     )
     options.add_argument("--kind", choices=KINDS, help="random: kind of the cell; all in turn by the seed unless given")
     options.add_argument("--arena", default="practice", help="explore: shipped arena, or an arena file")
@@ -59,12 +67,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--seed", type=int, default=3, help="seed of the layout, the noise and the planner")
     options.add_argument("--nominal", action="store_true", help="the layout of the scene file whatever the seed")
     options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
-    options.add_argument(
-        "--planner", default="yarm", help="yarm, original, ma_astar, lacam, ompl_..., or your own module:Class"
-    )
-    options.add_argument(
-        "--particles", type=int, default=PlannerParams.particles, help="particles of the planner, at least"
-    )
+    _add_planning(options)
     options.add_argument("--planned-once", action="store_true", help="no re-planning: follow the first path to its end")
     options.add_argument(
         "--unguarded", action="store_true", help="no safety monitor, and the checker only counts, as published"
@@ -73,9 +76,11 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--removal",
         choices=[way.value for way in Removal],
-        help="debris that was reached is gone (delete), or carried to a bin (bin); bin in a cell with one unless given",
+        help="debris that was reached is gone (delete, as published), or carried to a bin (bin); unless given bin, "
+        "where there is one",
     )
     options.add_argument("--rviz", action="store_true", help="show it")
+    options.add_argument("--console", action="store_true", help="show it in a browser, and command the cell there")
     options.add_argument("--sync", action="store_true", help="lock-step: slower, repeats exactly")
     options.add_argument("--bag", action="store_true", help="record a bag beside the results")
     options.add_argument("--cleanup", action="store_true", help="send everybody home at the end")
@@ -99,12 +104,50 @@ def parser() -> argparse.ArgumentParser:
     return options
 
 
+def _add_planning(options: argparse.ArgumentParser) -> None:
+    """How is planned, and how a plan is carried out."""
+    options.add_argument(
+        "--planner", default="yarm", help="yarm, original, ma_astar, lacam, ompl_..., or your own module:Class"
+    )
+    options.add_argument(
+        "--particles", type=int, default=PlannerParams.particles, help="particles of the planner, at least"
+    )
+    options.add_argument(
+        "--turns",
+        type=angles,
+        default=(),
+        metavar="DEG,DEG,...",
+        help="turns about the end effector that the planner may use; unless given quarter turns, "
+        "and eighths where debris is carried to a bin",
+    )
+    options.add_argument(
+        "--execution",
+        choices=[way.value for way in Execution],
+        default=Execution.STEPS.value,
+        help="everybody waits until all have arrived (steps), or goes on when its next move is free (continuous)",
+    )
+    options.add_argument(
+        "--hidden",
+        choices=[policy.value for policy in HiddenPolicy],
+        default=HiddenPolicy.FREE.value,
+        help="what cells that no camera sees count as (docs/planning.md)",
+    )
+
+
 def run(arguments: Sequence[str]) -> int:
     """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
     options = parser().parse_args(arguments)
+    with page(options.console) as shown:
+        return run_case(options, shown)
+
+
+def run_case(options: argparse.Namespace, more: Sequence[str]) -> int:
+    """Launch with more arguments, wait, and give back the exit code of ``run``."""
+    options.case = case_to_run(options)
     cell = prepare_cell(options) if options.case == RANDOM else None
     port = options.port or free_port()
     call = {EXPLORE: exploration_command, INSPECT: inspection_command}.get(options.case, command)(options, port)
+    call += more
     words = [word for word in call if word.partition(":=")[0] in CHECKS]
     if options.case == INSPECT:
         words = [word.replace("controller:=", "controller@inspection:=", 1) for word in words]
@@ -117,23 +160,14 @@ def run(arguments: Sequence[str]) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     if summary.exists():
         summary.unlink()
-    environment = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}")
+    if options.case not in (EXPLORE, INSPECT):
+        write_arguments(folder, call)
     log = folder / "run.log"
     roomed = options.case in (EXPLORE, INSPECT)
     title = f"{options.case} {folder.parents[1].name}, {options.controller}" if roomed else folder.parent.name
     sys.stdout.write(f"{title}, seed {options.seed}: ROS_MASTER_URI=http://localhost:{port}, log {log}\n")
     sys.stdout.flush()
-    child = subprocess.Popen(
-        call,
-        env=environment,
-        start_new_session=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    assert child.stdout is not None
-    console = Console(child.stdout, log)
-    code = _wait(child, wall_limit_s(options))
-    console.finish()
+    code = launch(call, port, log, wall_limit_s(options))
     if code == INTERRUPTED:
         return code
     code = verdict(summary) if cell is None else cell_verdict(cell, folder)
@@ -141,6 +175,28 @@ def run(arguments: Sequence[str]) -> int:
         sys.stderr.write(f"the last of {log}:\n" + "".join(f"  {line}\n" for line in last_words(log)))
     sys.stdout.write(f"log: {log}\n")
     return code
+
+
+def launch(call: Sequence[str], port: int, log: Path, limit_s: float) -> int:
+    """Run a roslaunch call on a master of its own to its end, or for so long, s; INTERRUPTED when a person ends it."""
+    child = subprocess.Popen(
+        list(call),
+        env=dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}"),
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    assert child.stdout is not None
+    console = Console(child.stdout, log)
+    code = _wait(child, limit_s)
+    console.finish()
+    return code
+
+
+def case_to_run(options: argparse.Namespace) -> str:
+    """The case that is asked for, or the one with a bin that is run in its place; a soak's debris is deleted."""
+    deleted = options.removal == Removal.DELETE.value or options.soak > 0.0
+    return options.case if deleted else case_of(options.case).with_bin or options.case
 
 
 def folder_of(options: argparse.Namespace) -> Path:
@@ -207,6 +263,8 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "mode": options.mode,
         "planner": options.planner,
         "particles": options.particles,
+        "execution": options.execution,
+        "hidden": options.hidden,
         "speed": 1.0 if options.speed is None else options.speed,
         "raster": options.raster,
         "limit_s": options.limit,
@@ -223,9 +281,31 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
     bins = has_bins(options.case)
     flags["hands"] = options.hands or bins
     values["removal"] = options.removal or (Removal.BIN if bins else Removal.DELETE).value
+    values["turns_deg"] = list(options.turns or turns_for(Removal(values["removal"])))
     arguments = [f"{name}:={value}" for name, value in values.items()]
     arguments += [f"{name}:={str(value).lower()}" for name, value in flags.items()]
     return ["roslaunch", "-p", str(port), "yarm", "experiment.launch", *arguments]
+
+
+def angles(text: str) -> Tuple[float, ...]:
+    """Degrees separated by commas, as an option's type.
+
+    Raises:
+        argparse.ArgumentTypeError: something else, or an angle beyond half a turn.
+    """
+    try:
+        found = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        found = (math.nan,)
+    if not all(abs(angle) <= HALF_TURN_DEG for angle in found):
+        raise argparse.ArgumentTypeError(f"{text!r}: angles within -180 to 180 deg, separated by commas, are expected")
+    return found
+
+
+def turns_for(removal: Removal) -> Tuple[float, ...]:
+    """Turns that robots make, degrees; to a bin finer ones too, because body, arm and bin leave few headings."""
+    finer = FINER_TURNS_DEG if removal is Removal.BIN else ()
+    return (*PlannerParams.turns_deg, *(sign * angle for angle in finer for sign in (1.0, -1.0)))
 
 
 def wall_limit_s(options: argparse.Namespace) -> float:
@@ -291,10 +371,12 @@ class Family:
             time.sleep(POLL_S)
         _, alive = psutil.wait_procs(list(self._known.values()), timeout=1.0)
         for process in alive:
-            process.terminate()
+            with suppress(psutil.NoSuchProcess):  # it has ended since, and its number may be somebody else's
+                process.terminate()
         _, alive = psutil.wait_procs(alive, timeout=3.0)
         for process in alive:
-            process.kill()
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
         if self._child.poll() is None:
             self._child.kill()
             self._child.wait()

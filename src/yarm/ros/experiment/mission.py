@@ -12,10 +12,11 @@ from yarm.commander.activity import Ending
 from yarm.experiments.run.writers import CUT_SHORT
 from yarm.msg import CommanderStatus
 from yarm.ros.common import names
-from yarm.ros.common.status_age import LOST_S, silence
+from yarm.ros.common.status_age import LOST_S, entered_since, silence
 from yarm.ros.experiment.inputs import ExperimentInputs
 from yarm.ros.experiment.lock_step import LockStep
 from yarm.ros.experiment.params import ExperimentParams
+from yarm.ros.experiment.watchdog import ask_commander, who_waits
 from yarm.srv import StateChange, StateChangeRequest
 
 POLL_S = 0.05
@@ -28,6 +29,10 @@ MODES = {"bounded": CommanderStatus.BOUNDED, "boundless": CommanderStatus.BOUNDL
 
 class MissionError(RuntimeError):
     """The mission cannot go on; the message says what was waited for and how long."""
+
+
+class StoppedError(MissionError):
+    """Time stands still where it was to."""
 
 
 class MissionDriver:
@@ -124,7 +129,8 @@ class MissionDriver:
             self._wait_for(lambda at=asked_s: self.now_s() > at + ASK_AGAIN_S, 10.0, "more work")  # type: ignore[misc]
             self.ask_for_more()
         left = expected - self.ended_goals()
-        raise MissionError(f"after {limit_s:.0f} s of simulated time not done: {', '.join(sorted(left)) or 'the mode'}")
+        named = ", ".join(sorted(left)) or "the mode"
+        raise MissionError(f"after {limit_s:.0f} s of simulated time not done: {named}: {self.who_waits()}")
 
     def clean_up(self) -> None:
         """Send everybody home."""
@@ -155,7 +161,10 @@ class MissionDriver:
 
         Raises:
             MissionError: ROS shuts down.
+            StoppedError: time stands still where it was to.
         """
+        if self._lock_step is not None and self._lock_step.stopped:
+            raise StoppedError("time stands still where it was to")
         if rospy.is_shutdown():
             raise MissionError(CUT_SHORT)
         self._on_wait(what)
@@ -163,6 +172,10 @@ class MissionDriver:
             time.sleep(POLL_S)
         else:
             self._lock_step.next_moment(MOMENT_LIMIT_S)
+
+    def who_waits(self) -> str:
+        """What the Commander does, and why it goes on with none of the tasks that are left."""
+        return who_waits(self._newest(), ask_commander)
 
     def release(self) -> None:
         """Nothing more will be asked: in lock-step, let time go on."""
@@ -200,14 +213,38 @@ class MissionDriver:
         return ""
 
     def _request(self, what: str, **fields: object) -> None:
+        """Ask the Commander; one that is dead for a moment is waited for, and asked again unless it has done it."""
         self._on_wait(what)
-        try:
-            answer = self._service(StateChangeRequest(**fields))
-        except rospy.ServiceException as error:
-            raise MissionError(f"{what}: the Commander did not answer: {error}") from error
+        before = self._newest()
+        while True:
+            try:
+                answer = self._service(StateChangeRequest(**fields))
+                break
+            except rospy.ServiceException as error:
+                if self._lock_step is not None or before is None:  # in lock-step nobody starts it again
+                    raise MissionError(f"{what}: the Commander did not answer: {error}") from error
+                self._await_word(f"{what}: the Commander did not answer ({error}); a word of the next one")
+            newest = self._newest()
+            if newest is not None and entered_since(newest, before):
+                self._asked_s = newest.header.stamp.to_sec() - newest.elapsed_s
+                return
         if not answer.success:
             raise MissionError(f"{what} was refused: {answer.message}")
         self._asked_s = self.now_s()
+
+    def _await_word(self, what: str) -> None:
+        """Until the Commander has said something new."""
+        asked_s = self.now_s()
+
+        def heard() -> bool:
+            newest = self._newest()
+            return newest is not None and bool(newest.header.stamp.to_sec() > asked_s)
+
+        self._wait_for(heard, LOST_S, what)
+
+    def _newest(self) -> Optional[CommanderStatus]:
+        with self._inputs.lock:
+            return self._inputs.state.status
 
     def _await_idle(self, state: int, limit_s: float, what: str) -> None:
         self._wait_for(lambda: self._idle_in(state), limit_s, what)
@@ -231,7 +268,8 @@ class MissionDriver:
             if silent:
                 raise MissionError(f"{what}: {silent}")
             if now_s - began_s > limit_s:
-                raise MissionError(f"{what} did not end within {limit_s:.0f} s of simulated time")
+                limit = f"{what} did not end within {limit_s:.0f} s of simulated time"
+                raise MissionError(f"{limit}: {self.who_waits()}")
             if time.monotonic() - moved_wall > self._params.stall_limit_s:
                 raise MissionError(
                     f"{what}: simulated time has stood still at {now_s:.2f} s for {self._params.stall_limit_s:.0f} s"
@@ -239,6 +277,5 @@ class MissionDriver:
 
     def _silence(self, now_s: float) -> str:
         """Why the Commander counts as lost; empty when it does not. In lock-step time itself waits for it."""
-        with self._inputs.lock:
-            status = self._inputs.state.status
+        status = self._newest()
         return "" if status is None or self._lock_step is not None else silence(status, now_s, LOST_S)

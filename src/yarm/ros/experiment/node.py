@@ -11,11 +11,16 @@ import numpy as np
 import rosgraph
 import rospy
 
+from yarm.commander.params import Removal
+from yarm.console.results import FILM
 from yarm.experiments.run.cases import Case, case_of, expected_goals, layout_of
+from yarm.experiments.run.ledger import LedgerError
 from yarm.experiments.run.plots import plot_run
+from yarm.experiments.run.proof import write_proof
 from yarm.experiments.run.record import RunInfo, RunRecord
 from yarm.experiments.run.recorder import Recorder
 from yarm.experiments.run.soak import MissionRow, judge_soak, soak_line
+from yarm.experiments.run.squares import parts_of
 from yarm.experiments.run.tables import summary_table
 from yarm.experiments.run.versions import package_versions
 from yarm.experiments.run.writers import write_rows, write_run
@@ -26,11 +31,13 @@ from yarm.ros.common import names
 from yarm.ros.common.conversions import parse_map_metadata
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
+from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.inputs import ExperimentInputs
 from yarm.ros.experiment.lock_step import LockStep
 from yarm.ros.experiment.mission import MissionDriver, MissionError
 from yarm.ros.experiment.params import ExperimentParams
+from yarm.ros.experiment.replay import Replay
 from yarm.ros.experiment.soak import Soak
 from yarm.ros.experiment.usage import UsageMeter
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene
@@ -48,7 +55,10 @@ class Experiment:
         self._params = params
         self._case: Case = case_of("soak" if params.soak_s > 0.0 else Path(params.case).stem)
         self._inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0, params.path_period_s))
-        self._driver = MissionDriver(self._inputs, params, self._progress, LockStep() if params.sync else None)
+        self._filmer = filmer_of(f"{self._case.name}/{params.seed}", params.film_hz)
+        self._lock_step = LockStep() if params.sync else None
+        self._driver = MissionDriver(self._inputs, params, self._progress, self._lock_step)
+        self._replay = Replay(params, self._inputs) if params.replay else None
         self._meter = UsageMeter()
         self._soak: Optional[Soak] = None
         self._scene: Optional[Scene] = None
@@ -63,6 +73,10 @@ class Experiment:
         failure = ""
         try:
             self._scene = load_scene(self._params.case, self._params.seed if self._params.vary else -1)
+            with self._inputs.lock:
+                self._inputs.recorder.follow_parts(parts_of(self._scene))
+            own = not self._params.vary or self._params.seed in (-1, self._scene.seed)
+            self._case = self._case.for_layout(own, Removal(self._params.removal))
             self._driver.await_start()
             self._driver.switch_on_and_calibrate()
             self._driver.await_raster(self._params.raster, RASTER_LIMIT_S)
@@ -76,28 +90,44 @@ class Experiment:
         except (MissionError, SceneError, rospy.ServiceException) as error:
             failure = str(error)
         record = self._finish(failure)
+        if self._replay is not None:
+            return record
         if self._params.cleanup and not failure:
             record = self._clean_up(record)
         self._driver.release()
         return record
 
+    def replay(self) -> int:
+        """Drive up to the decision and say what came of it; exit code 0 only when the cell stands at the same one."""
+        assert self._replay is not None
+        record = self.run()
+        stood = self._lock_step is not None and self._lock_step.stopped
+        faults = () if stood else record.faults
+        return self._replay.end(faults, Path(self._params.results) / self._case.name / str(self._params.seed))
+
     def write(self, record: RunRecord) -> Path:
         """Write the results; the folder they are in."""
         folder = Path(self._params.results) / self._case.name / str(self._params.seed)
         write_run(record, folder)
+        if self._filmer is not None:
+            self._filmer.end().write(folder / FILM)
         if self._soak is not None:
             write_rows(folder / "missions.csv", MissionRow, self._soak.rows)
             say(soak_line(self._soak.rows))
+        cell_map = newest_map()
+        spec = cell_map.spec if cell_map is not None else GridSpec()
+        obstacles = None if cell_map is None else static_columns(cell_map)
+        write_proof(record, folder / "proof.html", spec, obstacles)
         if self._params.plots:
-            cell_map = newest_map()
-            spec = cell_map.spec if cell_map is not None else GridSpec()
-            plot_run(record, folder, spec, None if cell_map is None else static_columns(cell_map))
+            plot_run(record, folder, spec, obstacles)
         return folder.resolve()
 
     def _begin(self) -> None:
         """The mission starts now: what is measured counts from here."""
         self._meter.start()
         now_s = self._driver.now_s()
+        if self._replay is not None and self._lock_step is not None:
+            self._lock_step.stop_at(now_s + self._replay.stop_after_s)
         self._began = (now_s, time.monotonic(), self._inputs.camera_sets())
         with self._inputs.lock:
             self._inputs.recorder.begin(now_s)
@@ -151,6 +181,8 @@ class Experiment:
 
     def _progress(self, what: str) -> None:
         """At most one line a second of wall time."""
+        if self._replay is not None:
+            self._replay.look()
         now = time.monotonic()
         if now - self._said_wall < PROGRESS_S:
             return
@@ -208,7 +240,14 @@ def parameters() -> Mapping[str, Any]:
 def main() -> int:
     """Run the node; exit code 0 only on success."""
     init_node("run_experiment")
-    experiment = Experiment(load_params(ExperimentParams))
+    params = load_params(ExperimentParams)
+    try:
+        experiment = Experiment(params)
+    except LedgerError as error:
+        rospy.logfatal("%s", error)
+        return 1
+    if params.replay:
+        return experiment.replay()
     record = experiment.run()
     folder = experiment.write(record)
     say("\n" + summary_table(record) + f"\n\nresults and pictures: {folder}")

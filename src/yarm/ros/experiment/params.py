@@ -37,6 +37,12 @@ class ExperimentParams:
         0.12, "m", "an end effector this near its goal has arrived (ground truth)", 0.01, 1.0
     )
     path_period_s: float = param(0.05, "s", "simulated time between two recorded poses of a robot", 0.01, 10.0)
+    film_hz: float = param(
+        5.0, "Hz", "pictures a second of simulated time in run.film, which the console plays; 0: no film", 0.0, 30.0
+    )
     plots: bool = param(True, "", "draw the pictures")
+    replay: str = param("", "", "folder of a run to be repeated up to one of its decisions; empty: none")
+    replay_decision: int = param(0, "", "number of that decision; there time stands still", 0, 10**9)
+    replay_hold: bool = param(True, "", "stay there until the node is ended; false: end there")
     soak_s: float = param(0.0, "s", "soak: go on with random debris for so much simulated time; 0: no soak", 0.0, 1e6)
     memory_limit_mb: float = param(30.0, "MB", "soak: no process may grow by more in its second half", 1.0, 10000.0)

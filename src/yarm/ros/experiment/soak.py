@@ -68,7 +68,8 @@ class Soak:
                     self._drop(drop)
                     dropped.add(drop.name)
             if now_s - start_s > MISSION_LIMIT_S:
-                raise MissionError(f"soak mission {index} did not end within {MISSION_LIMIT_S:.0f} s")
+                limit = f"soak mission {index} did not end within {MISSION_LIMIT_S:.0f} s"
+                raise MissionError(f"{limit}: {self._driver.who_waits()}")
             self._driver.ask_for_more(required=False)
             self._driver.pause(f"soak mission {index}")
         self._close(index, planned, start_s - began_s, self._driver.now_s() - began_s)

@@ -13,6 +13,7 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
 
+from yarm.console.results import FILM
 from yarm.experiments.explore.judge import Judge, Watcher
 from yarm.experiments.explore.live import WATCHED_S, LiveRecorder
 from yarm.experiments.explore.record import ExploreRecord
@@ -29,6 +30,7 @@ from yarm.ros.common.acks import step_ack
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
+from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
 from yarm.ros.exploration.experiment_params import ExplorationRunParams
 from yarm.ros.exploration.results import write_results
@@ -221,10 +223,13 @@ def main() -> int:
     params = load_params(ExplorationRunParams)
     explore = followed_params()
     exploration = Exploration(params, explore)
+    filmer = filmer_of(f"{params.arena}/{params.seed}", params.film_hz)
     fault = exploration.run()
     record = exploration.record(fault)
     folder = Path(params.folder)
     success, table = write_results(record, exploration.judge, folder, fault)
+    if filmer is not None:
+        filmer.end().write(folder / FILM)
     say("\n" + table + f"\n\nresults and pictures: {folder.resolve()}")
     return 0 if success else 1
 

@@ -95,7 +95,7 @@ class ExplorerNode:
 
     def _close(self) -> None:
         with self._session_lock:
-            order = self._session.keeper.order(self._passes.at_s, "the node ends")
+            order = self._session.last_order(self._passes.at_s)
         if order is not None:
             self._saver.save(order)
         self._saver.close()

@@ -38,8 +38,9 @@ class ExplorerParams(ExploreParams):
     odom_frame: str = param("odom", "", "odometry's frame")
     map_frame: str = param("map", "", "the map's frame")
     sync: bool = param(False, "", "lock-step: take in all of a pass before it is decided, and acknowledge it")
-    sync_wait: float = param(2.0, "s", "lock-step: wall time a pass waits for what was measured at it", 0.01, 60.0)
+    sync_wait: float = param(5.0, "s", "lock-step: wall time a pass waits for what was measured at it", 0.01, 60.0)
     waits_for: Tuple[str, ...] = param((), "", "lock-step: nodes that must have answered before the first pass")
+    wait_for_map: bool = param(False, "", "lock-step: a pass waits for slam_gmapping's word on its scan, and its map")
 
     @property
     def saves_as(self) -> Path:

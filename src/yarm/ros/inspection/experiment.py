@@ -15,6 +15,7 @@ from typing import Any, Dict, Mapping, Optional, Tuple
 import rospy
 from nav_msgs.msg import Odometry as OdometryMessage
 
+from yarm.console.results import FILM
 from yarm.experiments.inspect.eyes import boxes_of
 from yarm.experiments.inspect.measures import Measures, faults_of, measure
 from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow, reading_words
@@ -32,6 +33,7 @@ from yarm.robots import turtlebot
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.start import init_node
+from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.node import parameters, versions
 from yarm.ros.inspection.experiment_params import InspectionRunParams
@@ -226,9 +228,13 @@ def main() -> int:
         values: Mapping[str, Any] = rospy.get_param("~", {})
         own = {name: value for name, value in values.items() if name != RUN}
         given = inspector_params(own, resource("scenes", "inspection", "practice_boxes.yaml"), rospy.get_name())
-        run = InspectionRun(build(InspectionRunParams, values.get(RUN, {}), f"{rospy.get_name()}/{RUN}"), given)
+        params = build(InspectionRunParams, values.get(RUN, {}), f"{rospy.get_name()}/{RUN}")
+        run = InspectionRun(params, given)
+        filmer = filmer_of(f"{params.layout}/{params.seed}", params.film_hz)
         InspectorNode(given, stop, run).run(run.ended)
         success, table = run.finish()
+        if filmer is not None:
+            filmer.end().write(run.folder / FILM)
         say("\n" + table + f"\n\nresults, pictures and proof sheets: {run.folder.resolve()}")
         return 0 if success else 1
     except (ParamError, SceneError) as error:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from typing import Deque, List, Optional
+from typing import Deque, Dict, Optional, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import Image
 
+from yarm.inspection.boxes import Box, extent_of, outside
 from yarm.inspection.senses import PLACE_AGE_S, Picture, Senses
 from yarm.navigation.grid_map import GridMap
 from yarm.ros.common import names
@@ -30,9 +32,16 @@ CAMERA_WAIT_S = 10.0
 class InspectorInputs(RobotInputs):
     """Everything of the robot, its camera, the localisation's word, and how the goal stands. Thread-safe."""
 
-    def __init__(self, params: InspectorParams, navigation: NavigationLink) -> None:
-        """Listen from now on."""
-        self._params, self._navigation = params, navigation
+    def __init__(self, params: InspectorParams, navigation: NavigationLink, boxes: Sequence[Box]) -> None:
+        """Listen from now on.
+
+        Args:
+            params: of the node.
+            navigation: says how the goal stands.
+            boxes: must lie in the map.
+        """
+        self._params, self._navigation, self._boxes = params, navigation, boxes
+        self._map_fault = "none has come"
         self._pictured = self._told = False
         self._heard_wall = math.inf
         super().__init__(params)
@@ -88,19 +97,21 @@ class InspectorInputs(RobotInputs):
                 self._camera.fault(now_s),
                 self._navigation.outcome(now_s),
                 self._navigation.gone(now_s),
-                self._map is not None,
+                self._map_fault,
             )
 
-    def _stamps(self, now_s: float) -> List[float]:
+    def _stamps(self, now_s: float) -> Dict[str, float]:
         """The picture that counts now and the localisation's word on the scan too, unless they have fallen silent.
 
         The place is waited for when the localisation has given one.
         """
         stamps = super()._stamps(now_s)
         if now_s - self._picture_s <= SILENT_S:
-            stamps.append(self._picture_s + PICTURE_DELAY_S)
+            stamps["picture"] = self._picture_s + PICTURE_DELAY_S
         if now_s - self._state_s <= PLACE_AGE_S:
-            stamps += [self._state_s, *([self._place_s()] if self._placed else [])]
+            stamps["word of the localisation"] = self._state_s
+            if self._placed:
+                stamps["transform map -> odom"] = self._place_s()
         return stamps
 
     def _picture(self, now_s: float) -> Optional[Picture]:
@@ -117,6 +128,11 @@ class InspectorInputs(RobotInputs):
             self._camera.refuse(fault, now_s)
             return None
         return None if self._camera.take(stamp_s, grey, now_s) else Picture(stamp_s, grey)
+
+    def _take_map(self, message: OccupancyGrid, grid: GridMap) -> None:
+        super()._take_map(message, grid)
+        lost = [f"box {b.number} at ({b.pose.x:g}, {b.pose.y:g})" for b in outside(self._boxes, grid)]
+        self._map_fault = f"{', '.join(lost)} outside of it, {extent_of(grid)}" if lost else ""
 
     def _on_state(self, message: DiagnosticArray) -> str:
         if len(message.status) != 1:

@@ -98,7 +98,7 @@ class InspectorNode:
         self._stop, self._observer = stop, observer
         self._lock = threading.Lock()
         self._navigation = NavigationLink(self._params.map_frame)
-        self._inputs = InspectorInputs(self._params, self._navigation)
+        self._inputs = InspectorInputs(self._params, self._navigation, given.boxes)
         self._outputs = InspectorOutputs(given)
         self._known = KnownMap(given, self._inputs)
         self._round: Optional[RoundFlow] = None

@@ -10,7 +10,7 @@ from yarm.inspection.inputs import read_tags
 from yarm.params import ParamError, build, param
 from yarm.tags.free_look import FreeSettings
 from yarm.tags.motifs import GreyImage
-from yarm.tags.pictures import PictureError, read_picture, shipped_pictures
+from yarm.tags.pictures import PictureError, read_picture, shipped_pictures, twins
 from yarm.yaml_fields import SceneError
 
 Tags = Mapping[int, GreyImage]
@@ -29,11 +29,16 @@ def pictures_of(path: str) -> Tags:
 
     Raises:
         SceneError: faults in the file, all listed.
-        PictureError: a picture cannot be used.
+        PictureError: a picture cannot be used, or two are the same.
     """
     if not path:
         return shipped_pictures()
-    return {tag.number: read_picture(tag.path) for tag in read_tags(Path(path).expanduser())}
+    files = {tag.number: tag.path for tag in read_tags(Path(path).expanduser())}
+    pictures = {number: read_picture(file) for number, file in files.items()}
+    same = [f"tags {a} and {b} ({files[a].name}, {files[b].name}) show the same picture" for a, b in twins(pictures)]
+    if same:
+        raise PictureError(f"{path}: {'; '.join(same)}; a box that bears it could be either: leave one out")
+    return pictures
 
 
 def recogniser_params(values: Mapping[str, Any], where: str) -> Tuple[TagRecogniserParams, Tags]:

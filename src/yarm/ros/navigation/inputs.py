@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Optional, Tuple
+from typing import Dict, Optional, Tuple
 
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
@@ -77,8 +77,8 @@ class MoveBaseInputs(RobotInputs):
             after = before
         return after.pose
 
-    def _stamps(self, now_s: float) -> List[float]:
+    def _stamps(self, now_s: float) -> Dict[str, float]:
         """A place too, while the localisation gives one."""
         place_s = self._place_s()
         fresh = now_s - place_s <= self._params.transform_tolerance
-        return [*super()._stamps(now_s), *([place_s] if fresh else [])]
+        return {**super()._stamps(now_s), **({"transform map -> odom": place_s} if fresh else {})}

@@ -12,6 +12,7 @@ import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 
+from yarm.inspection.boxes import extent_of, outside
 from yarm.inspection.inputs import read_boxes
 from yarm.navigation.bodies import with_bodies
 from yarm.navigation.grid_map import GridMap
@@ -62,11 +63,8 @@ def drawn(grid: GridMap, boxes: str) -> GridMap:
         return grid
     read = read_boxes(Path(boxes).expanduser())
     faults = Faults(boxes)
-    height_m, width_m = (cells * grid.resolution_m for cells in grid.cells.shape)
-    for box in read:
-        if not grid.inside(*grid.cell_of(box.pose.x, box.pose.y)):
-            place = f"a place in the map, {width_m:g} x {height_m:g} m from ({grid.origin.x:g}, {grid.origin.y:g}) on"
-            faults.add(f"box {box.number}", (box.pose.x, box.pose.y), place)
+    for box in outside(read, grid):
+        faults.add(f"box {box.number}", (box.pose.x, box.pose.y), f"a place in the map, {extent_of(grid)}")
     faults.raise_if_any()
     return with_bodies(grid, [box.corners() for box in read])
 

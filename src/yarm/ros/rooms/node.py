@@ -134,7 +134,8 @@ class RoomSimulationNode:
         stamp = self._stamp()
         if world.odometry_due():
             self._outbox.motion(stamp)
-            self._outbox.bumps(stamp, world.take_bumps(), world.pressed)
+            together = self._params.sync and world.ticks % TICKS_PER_PASS == 0
+            self._outbox.bumps(stamp, world.take_bumps(), world.pressed, always=together)
         self._watch.lap("publish")
         if world.scan_due():
             self._outbox.scan(stamp)

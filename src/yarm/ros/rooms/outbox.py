@@ -43,7 +43,7 @@ class RoomOutbox:
         self._image = rospy.Publisher(names.DEPTH_IMAGE, Image, queue_size=2)
         self._info = rospy.Publisher(names.DEPTH_INFO, CameraInfo, queue_size=2)
         self._bumper = rospy.Publisher(names.BUMPER, BumperMessage, queue_size=10, tcp_nodelay=True)
-        self._cloud = rospy.Publisher(names.BUMPER_CLOUD, PointCloud2, queue_size=10)
+        self._cloud = rospy.Publisher(names.BUMPER_CLOUD, PointCloud2, queue_size=10, tcp_nodelay=True)
         self._contacts = rospy.Publisher(names.SIM_CONTACTS, Contacts, queue_size=100)
         self._status = rospy.Publisher(names.SIM_STATUS, SimStatus, queue_size=10)
         self._arena = rospy.Publisher(names.SIM_ARENA, MarkerArray, queue_size=1, latch=True)
@@ -77,12 +77,14 @@ class RoomOutbox:
             message.header.stamp, message.header.frame_id = stamp, names.WORLD_FRAME
             self._contacts.publish(message)
 
-    def bumps(self, stamp: rospy.Time, events: Sequence[BumperEvent], pressed: FrozenSet[Bumper]) -> None:
-        """Changes of the bumper, and its cloud while anything is pressed and once after."""
+    def bumps(
+        self, stamp: rospy.Time, events: Sequence[BumperEvent], pressed: FrozenSet[Bumper], always: bool = False
+    ) -> None:
+        """Changes of the bumper, and its cloud while anything is pressed and once after, or always."""
         for event in events:
             state = BumperMessage.PRESSED if event.pressed else BumperMessage.RELEASED
             self._bumper.publish(BumperMessage(bumper=int(event.bumper), state=state))
-        if (pressed or self._pressed) and self._cloud.get_num_connections():
+        if (always or pressed or self._pressed) and self._cloud.get_num_connections():
             self._cloud.publish(messages.bumper_cloud(pressed, stamp))
         self._pressed = pressed
 

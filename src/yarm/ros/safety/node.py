@@ -7,7 +7,7 @@ by ``/tf``, 30 times a second of simulated time.
 from __future__ import annotations
 
 import threading
-from typing import Dict, List, Mapping, Optional, Set, Tuple
+from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 import rospy
@@ -38,10 +38,13 @@ from yarm.ros.common.params import load_params
 from yarm.ros.common.solids import solids_of
 from yarm.ros.common.start import init_node
 from yarm.ros.common.status_age import STALE_S, silence
-from yarm.safety.clearance import Body, column_boxes
+from yarm.ros.safety.stop import StopService
+from yarm.safety.clearance import Body, column_boxes, way_ahead
+from yarm.safety.loads import Load, loads_of, with_loads
 from yarm.safety.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
 from yarm.safety.movers import Movers
 from yarm.safety.params import SafetyParams
+from yarm.safety.pulse import beat_in_background
 
 MAP_AGE_S = 1.0
 
@@ -52,7 +55,7 @@ class RobotWatch:
     def __init__(self, name: str) -> None:
         """Listen to the robot's action, and be ready to stop it."""
         self.goal_id = ""
-        self.target: Optional[Pose2] = None
+        self.way: Tuple[Pose2, ...] = ()
         self.commands_sent = 0
         self.points: Optional[FloatArray] = None
         action = names.move_robot(name)
@@ -76,16 +79,16 @@ class RobotWatch:
             item.unregister()
 
     def _on_goal(self, message: MoveRobotActionGoal) -> None:
-        if MobileAction.of(message.goal.action) is MobileAction.CALIBRATE or pose_fault(message.goal.target):
+        poses = [*message.goal.via, message.goal.target]
+        if MobileAction.of(message.goal.action) is MobileAction.CALIBRATE or any(map(pose_fault, poses)):
             return  # the controls server refuses such a goal, and says so
-        pose = message.goal.target
-        yaw = 2.0 * np.arctan2(pose.orientation.z, pose.orientation.w)
-        self.target = Pose2(pose.position.x, pose.position.y, float(yaw))
+        yaws = [2.0 * np.arctan2(pose.orientation.z, pose.orientation.w) for pose in poses]
+        self.way = tuple(Pose2(p.position.x, p.position.y, float(yaw)) for p, yaw in zip(poses, yaws))
         self.goal_id = message.goal_id.id
 
     def _on_result(self, message: MoveRobotActionResult) -> None:
         if message.status.goal_id.id == self.goal_id:
-            self.goal_id, self.target = "", None
+            self.goal_id, self.way = "", ()
 
 
 class SafetyMonitor:
@@ -105,18 +108,25 @@ class SafetyMonitor:
         self._commander = CommanderStatus()
         self._looked_s = -1.0
         self._blame = ""
+        self._verdicts: Dict[str, Verdict] = {}
         self._status = rospy.Publisher(names.SAFETY_STATUS, SafetyStatus, queue_size=10)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
         self._doors = {name: Doorkeeper(name) for name in (names.OBJECT_REGISTRY, "/tf")}
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
         self._maps = MapSubscriber(lock_step=params.sync)
+        self._stop = StopService(self._on_stop)
         self._subscribers = [
             rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
             rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_commander, queue_size=10),
             rospy.Subscriber("/tf_static", TFMessage, self._on_tf_static, queue_size=100),
             rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=2, tcp_nodelay=True),
         ]
+
+    def spin(self) -> None:
+        """Until the node is shut down."""
+        beat_in_background(self._lock)
+        rospy.spin()
 
     def _on_registry(self, message: ObjectRegistry) -> None:
         if self._doors[names.OBJECT_REGISTRY].refuses(message, registry_fault(message)):
@@ -133,15 +143,25 @@ class SafetyMonitor:
     def _on_commander(self, message: CommanderStatus) -> None:
         self._commander = message
 
+    def _on_stop(self) -> None:
+        """A person has stopped everything or released it: it takes effect before the next look."""
+        with self._lock:
+            if self._stop.reason:
+                for robot in self._robots.values():
+                    robot.stop(cancel=True)
+            if self._looked_s >= 0.0:
+                self._status.publish(self._message())
+
     def _on_clock_reset(self) -> None:
         with self._lock:
+            self._verdicts = {}
             self._monitor.reset()
             self._movers.reset()
             self._looked_s = -1.0
             self._stamps_s.clear()
             self._maps.clear()
             for robot in self._robots.values():
-                robot.goal_id, robot.target, robot.commands_sent = "", None, 0
+                robot.goal_id, robot.way, robot.commands_sent = "", (), 0
 
     def _on_tf_static(self, message: TFMessage) -> None:
         with self._lock:
@@ -178,27 +198,36 @@ class SafetyMonitor:
                     raise
 
     def _look(self, now_s: float) -> None:
-        robots = {name: seen for name, seen in ((n, self._see(n, now_s)) for n in self._robots) if seen is not None}
+        cell_map = self._maps.newest()
+        loads = [] if cell_map is None else loads_of(cell_map, self._solids, self._params.spacing_m)
+        looks = ((name, self._see(name, now_s, loads)) for name in self._robots)
+        robots = {name: seen for name, seen in looks if seen is not None}
         everything = self._bodies(now_s)
-        allowed = self._own_goals(now_s)
+        allowed = own_goals([*self._given(now_s), *((load.robot, load.piece) for load in loads)])
         bodies = {name: bodies_for(name, everything, allowed.get(name, set())) for name in robots}
-        verdicts = self._monitor.look(now_s, robots, bodies)
-        for name, verdict in verdicts.items():
-            if verdict.held:
-                self._robots[name].stop(verdict.stop_now)
+        self._verdicts = self._monitor.look(now_s, robots, bodies)
+        for verdict in self._verdicts.values():
             if verdict.stop_now:
                 self._blame = verdict.reason
                 rospy.logwarn("stopped: %s", verdict.reason)
-        self._report(now_s, verdicts)
+        for name, robot in self._robots.items():
+            judged = self._verdicts.get(name)
+            if self._stop.reason or (judged is not None and judged.held):
+                robot.stop(judged is not None and judged.stop_now)
+        message = self._message()
+        self._status.publish(message)
+        if self._params.sync:
+            sent = sum(robot.commands_sent for robot in self._robots.values())
+            self._ack.publish(step_ack(message.header.stamp, sent))
 
-    def _own_goals(self, now_s: float) -> Mapping[str, Set[str]]:
-        """What each robot may touch: its goal, unless the Commander that gave it has not been heard of for STALE_S."""
+    def _given(self, now_s: float) -> List[Tuple[str, str]]:
+        """Each robot with its goal, unless the Commander that gave it has not been heard of for STALE_S."""
         status = self._commander
         if silence(status, now_s, STALE_S):
-            return {}
-        return own_goals([(task.robot, task.goal) for task in status.tasks if task.robot])
+            return []
+        return [(task.robot, task.goal) for task in status.tasks if task.robot]
 
-    def _see(self, name: str, now_s: float) -> Optional[Seen]:
+    def _see(self, name: str, now_s: float, loads: Sequence[Load]) -> Optional[Seen]:
         robot, entry = self._robots[name], self._entries[name]
         T_world_ee = self._frames.get(entry.seed_frame)
         if T_world_ee is None:
@@ -211,7 +240,10 @@ class SafetyMonitor:
             float(T_world_ee[0, 3]), float(T_world_ee[1, 3]), float(np.arctan2(T_world_ee[1, 0], T_world_ee[0, 0]))
         )
         age_s = now_s - self._stamps_s.get(entry.seed_frame, now_s)
-        return Seen(pose, float(T_world_ee[2, 3]), robot.points, robot.target, robot.goal_id, age_s)
+        points = with_loads(name, robot.points, loads)
+        robot.way = way_ahead(robot.way, pose)
+        target = robot.way[-1] if robot.way else None
+        return Seen(pose, float(T_world_ee[2, 3]), points, target, robot.goal_id, age_s, robot.way[:-1])
 
     def _surface(self, name: str, T_world_ee: FloatArray) -> Optional[FloatArray]:
         own = self._solids[name]
@@ -249,23 +281,20 @@ class SafetyMonitor:
             for name, cells in things.items()
         ]
 
-    def _report(self, now_s: float, verdicts: Dict[str, Verdict]) -> None:
-        message = SafetyStatus(reason=self._blame)
-        message.header.stamp = exact_time(now_s)
+    def _message(self) -> SafetyStatus:
+        stopped = self._stop.reason
+        message = SafetyStatus(reason=stopped or self._blame, latched=bool(stopped))
+        message.header.stamp = exact_time(self._looked_s)
         message.header.frame_id = names.WORLD_FRAME
-        for name, verdict in verdicts.items():
+        for name, verdict in self._verdicts.items():
             message.robots.append(name)
             message.clearance_m.append(verdict.ahead.distance_m)
             message.nearest.append(verdict.ahead.nearest)
-            message.stopped.append(verdict.held)
-        self._status.publish(message)
-        if self._params.sync:
-            sent = sum(robot.commands_sent for robot in self._robots.values())
-            self._ack.publish(step_ack(message.header.stamp, sent))
+            message.stopped.append(verdict.held or bool(stopped))
+        return message
 
 
 def main() -> None:
     """Run the node until it is shut down."""
     init_node(names.SAFETY_NODE)
-    SafetyMonitor(load_params(SafetyParams))
-    rospy.spin()
+    SafetyMonitor(load_params(SafetyParams)).spin()

@@ -38,8 +38,10 @@ from yarm.ros.common.start import init_node
 from yarm.ros.common.stations import load_station
 from yarm.ros.common.watchers import Watchers
 from yarm.ros.controls.robots import Outbox
+from yarm.ros.sander.memory import SanderBook
 from yarm.ros.sander.params import SanderNodeParams
 from yarm.ros.sander.scan import ScanCollector
+from yarm.safety.pulse import Pulse
 
 WATCH_PERIOD_S = 0.5
 SILENCE_S = 3.0
@@ -75,12 +77,18 @@ class SanderNode:
         workers = ThreadPoolExecutor(max_workers=1)
         run_job = DoneJob if params.sync else workers.submit
         self._machine = SanderMachine(SanderPlanner(arm, params), params, run_job, self._scan.points)
+        self._book = SanderBook(rospy.get_name().rsplit("/", 1)[-1])
+        if self._book.taken_up is not None:
+            self._machine.take_up(*self._book.taken_up)
+            rospy.logwarn("%s: taken up after its sander's death: %s", params.arm, self._machine.state.words)
         self._advertise()
         self._subscribe()
 
     def spin(self) -> None:
         """Work until the node is shut down."""
+        pulse = Pulse()
         while not rospy.is_shutdown():
+            pulse.beat()
             with self._condition:
                 self._condition.wait_for(lambda: self._woken, timeout=WATCH_PERIOD_S)
                 self._woken = False
@@ -105,7 +113,7 @@ class SanderNode:
         self._marker = rospy.Publisher(names.sander_raster(arm), Marker, queue_size=1, latch=True)
         self._progress = rospy.Publisher(names.sander_progress(arm), Float32, queue_size=10)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
-        self._state.publish(Int8(int(SanderState.STORAGE)))
+        self._state.publish(Int8(int(self._machine.state)))
 
     def _subscribe(self) -> None:
         arm = self._params.arm
@@ -191,6 +199,7 @@ class SanderNode:
         objection = self._watchers.objection(stamp_s)
         for motion in self._machine.step(ArmInputs(q, stamp_s, presses, axes, switches, objection)):
             self._outbox.send(self._path, self._trajectory(motion, joints.header.stamp))
+        self._book.note(self._machine.memory, self._machine.plan)
         scanning = self._machine.scanning
         self._scan.step(stamp_s, q, scanning, scanning and not self._was_scanning)
         self._was_scanning = scanning

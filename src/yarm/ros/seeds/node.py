@@ -25,6 +25,7 @@ from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.seeds.params import SeedTfPublisherParams
 from yarm.ros.seeds.tracker import STATIC_STAMP, Link, RegisteredSeed, Seed, SeedTracker
+from yarm.safety.pulse import beat_in_background
 
 JUMP_BACK_NS = int(JUMP_BACK_S * 1e9)
 CLOCK_LAG_S = 5.0
@@ -56,6 +57,7 @@ class SeedTfPublisher:
 
     def spin(self) -> None:
         """Report health on wall time until the node is shut down."""
+        beat_in_background(self._lock)
         while not rospy.is_shutdown():
             time.sleep(self._params.diagnostics_period_s)
             if not rospy.is_shutdown():

@@ -14,7 +14,7 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from trajectory_msgs.msg import JointTrajectory
 
 from yarm.commander.events import TaskState
-from yarm.msg import CommanderStatus, StepAck
+from yarm.msg import CommanderStatus, SanderStatus, StepAck
 from yarm.ros.common import names
 from yarm.ros.simulation.loop import Jobs
 from yarm.sim.engine.world import SimWorld, SpawnError
@@ -52,6 +52,7 @@ class Inbox(Jobs):
         self._world = world
         super().__init__()
         self._driven_s: Dict[str, float] = {}
+        self._watched_s: Dict[str, float] = {}
         self.metadata_ns = -1
         self.commander_state = ""
         self.raster: Dict[str, float] = {}
@@ -78,6 +79,19 @@ class Inbox(Jobs):
             self._world.robots[robot].drive(0.0, 0.0, self._world.params.wheel_speed_limit)
             self.warn_once(names.cmd_vel(robot), f"nothing for {timeout_s:g} s while it moved: stopped")
 
+    def stop_the_unwatched(self, timeout_s: float) -> None:
+        """Stop each arm whose sander has said nothing for so long, s of simulated time; 0 for never.
+
+        One that no sander has spoken for is left to whoever sends it trajectories.
+        """
+        now_s = self._world.time_s
+        for arm in [arm for arm, said_s in self._watched_s.items() if 0.0 < timeout_s < now_s - said_s]:
+            del self._watched_s[arm]
+            if self._world.arms[arm].path.moving:
+                self._world.arms[arm].brake()
+                topic = names.sander_status(arm)
+                self.warn_once(topic, f"nothing for {timeout_s:g} s while the arm moved: stopped")
+
     def _subscribe_robots(self) -> None:
         for robot in self._world.robots:
             rospy.Subscriber(
@@ -95,6 +109,8 @@ class Inbox(Jobs):
             topic = names.joint_path_command(arm)
             rospy.Subscriber(topic, JointTrajectory, partial(self._on_path, arm), queue_size=10, tcp_nodelay=True)
             rospy.Subscriber(names.sander_progress(arm), Float32, partial(self._on_raster, arm), queue_size=10)
+            topic = names.sander_status(arm)
+            rospy.Subscriber(topic, SanderStatus, partial(self._on_sander, arm), queue_size=10, tcp_nodelay=True)
 
     def _on_drive(self, robot: str, message: Twist) -> None:
         limit = self._world.params.wheel_speed_limit
@@ -134,6 +150,9 @@ class Inbox(Jobs):
 
     def _on_raster(self, arm: str, message: Float32) -> None:
         self.put(lambda: self.raster.__setitem__(arm, float(message.data)))
+
+    def _on_sander(self, arm: str, _: SanderStatus) -> None:
+        self.put(lambda: self._watched_s.__setitem__(arm, self._world.time_s))
 
     def _on_commander(self, message: CommanderStatus) -> None:
         def job() -> None:

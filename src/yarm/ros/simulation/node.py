@@ -107,6 +107,7 @@ class SimulationNode:
         self._inbox.work_until(0.0)
         self._run_script()
         self._inbox.stop_the_silent(self._params.cmd_vel_timeout)
+        self._inbox.stop_the_unwatched(self._params.arm_timeout)
         self._watch.lap("inbox")
         for robot in self._world.tick():
             self._inbox.warn_once(
@@ -314,10 +315,14 @@ def _model_faults(request: Any, kind: str, file: Path) -> List[str]:
         faults.append(f"model {request.model!r}: a target has no body; leave it empty")
     if request.shape:
         faults.append(f"shape {list(request.shape)} must be empty where a model is given")
-    if not file.is_file():
+    try:
+        size = file.stat().st_size if file.is_file() else -1
+    except OSError as error:  # for instance, too long a name
+        return [*faults, f"model {request.model[:80]!r} cannot be read: {error.strerror}"]
+    if size < 0:
         faults.append(f"model {request.model!r} must be a URDF or xacro file; there is no {file}")
-    elif file.stat().st_size > MOST_MODEL_BYTES:
-        faults.append(f"model {request.model!r} has {file.stat().st_size} bytes, at most {MOST_MODEL_BYTES}")
+    elif size > MOST_MODEL_BYTES:
+        faults.append(f"model {request.model!r} has {size} bytes, at most {MOST_MODEL_BYTES}")
     return faults
 
 

@@ -18,6 +18,7 @@ from yarm.msg import (
     Clearance,
     Contact,
     Contacts,
+    GripperState,
     JointControllerState,
     ObjectRegistry,
     RegisteredObject,
@@ -68,6 +69,10 @@ class Outbox:
             robot: rospy.Publisher(names.gripper(robot, "grasping"), Bool, queue_size=10, latch=True)
             for robot in world.hands
         }
+        self._hands = {
+            robot: rospy.Publisher(names.gripper(robot, "state"), GripperState, queue_size=10, tcp_nodelay=True)
+            for robot in world.hands
+        }
         self._told_grasping: Dict[str, bool] = {}
         self._transforms = RawTransforms(())
 
@@ -108,6 +113,10 @@ class Outbox:
             if self._told_grasping.get(name) is not hand.grasping:
                 self._told_grasping[name] = hand.grasping
                 self._grasping[name].publish(Bool(hand.grasping))
+            if self._hands[name].get_num_connections():
+                state = GripperState(grasping=hand.grasping)
+                state.header.stamp = stamp
+                self._hands[name].publish(state)
         for name in self._world.robots:
             if any(p.get_num_connections() for p in self._casters[name]):
                 self._caster_states(name, stamp)
@@ -195,6 +204,7 @@ def contact_message(contact: SimContact) -> Contact:
         link_b=contact.b.link,
         point=Point(*contact.point),
         depth=contact.depth_m,
+        force=contact.force_n,
         allowed=contact.kind.value == "allowed",
         kind=contact.kind.value,
     )

@@ -26,6 +26,9 @@ class SimulationParams(WorldParams):
     cmd_vel_timeout: float = param(
         0.5, "s", "simulated time after its last cmd_vel that a robot stops; 0 for never", low=0, high=3600
     )
+    arm_timeout: float = param(
+        0.5, "s", "simulated time after its sander's last word that an arm stops; 0 for never", low=0, high=3600
+    )
     gui: bool = param(False, "", "PyBullet's window")
     status_period: float = param(1.0, "s", "simulated time between two messages of sim/status", low=0.1, high=60)
     clearance_every: int = param(1, "", "camera sets per message of sim/clearance", low=1, high=300)

@@ -31,13 +31,23 @@ class Side:
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact: point on the first body, metres, world; depth, metres, positive when the bodies overlap."""
+    """A contact.
+
+    Attributes:
+        a: the first body's side.
+        b: the other.
+        point: of the deepest contact, on the first body, metres, world.
+        depth_m: of that one; positive when the bodies overlap.
+        kind: what it counts as.
+        force_n: greatest force of one link on the other in a physics step, along the contacts' normals.
+    """
 
     a: Side
     b: Side
     point: Tuple[float, float, float]
     depth_m: float
     kind: ContactKind
+    force_n: float
 
 
 def contact_kind(a: Side, b: Side, goals: Mapping[str, str], stations: Stations) -> ContactKind:
@@ -71,7 +81,7 @@ def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str], stations:
 
 
 class ContactLog:
-    """The deepest contact of each pair of links since the log was last emptied."""
+    """The deepest contact, and the greatest force, of each pair of links since the log was last emptied."""
 
     def __init__(self, client: int, stations: Stations) -> None:
         """Watch the bodies of a PyBullet client; ``stations`` says which stand and table are whose."""
@@ -80,6 +90,7 @@ class ContactLog:
         self._sides: Dict[Tuple[int, int], Side] = {}
         self._kinds: Dict[Key, ContactKind] = {}
         self._deepest: Dict[Key, Tuple[float, Tuple[float, float, float]]] = {}
+        self._forces: Dict[Key, float] = {}
         self.goals: Dict[str, str] = {}
 
     def register(self, uid: int, name: str, kind: str, links: List[str]) -> None:
@@ -93,6 +104,7 @@ class ContactLog:
         self._sides = {key: side for key, side in self._sides.items() if key[0] != uid}
         self._kinds.clear()
         self._deepest = {key: value for key, value in self._deepest.items() if uid not in (key[0], key[1])}
+        self._forces = {key: value for key, value in self._forces.items() if uid not in (key[0], key[1])}
 
     def set_goals(self, goals: Mapping[str, str]) -> None:
         """Which debris each robot was sent to."""
@@ -102,14 +114,18 @@ class ContactLog:
 
     def collect(self) -> None:
         """Note the contacts of the physics step just done."""
+        forces: Dict[Key, float] = {}
         for point in pybullet.getContactPoints(physicsClientId=self._client):
             depth = -point[8]
             if depth < 0.0:
                 continue
             key = (point[1], point[2], point[3], point[4])
+            forces[key] = forces.get(key, 0.0) + point[9]
             known = self._deepest.get(key)
             if known is None or depth > known[0]:
                 self._deepest[key] = (depth, point[5])
+        for key, force in forces.items():
+            self._forces[key] = max(force, self._forces.get(key, 0.0))
 
     def take(self) -> List[Contact]:
         """The contacts since the last call, and start afresh."""
@@ -121,6 +137,6 @@ class ContactLog:
             kind = self._kinds.get(key)
             if kind is None:
                 kind = self._kinds[key] = contact_kind(a, b, self.goals, self.stations)
-            contacts.append(Contact(a, b, position, depth, kind))
-        self._deepest = {}
+            contacts.append(Contact(a, b, position, depth, kind, self._forces.get(key, 0.0)))
+        self._deepest, self._forces = {}, {}
         return contacts

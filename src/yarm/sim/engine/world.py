@@ -82,7 +82,7 @@ class SimWorld:
             scene: what is in it.
             params: limits of the drives.
             gui: show PyBullet's window.
-            hands: the mobile robots carry a hand, drawn up.
+            hands: all mobile robots carry a hand, drawn up; without, those whose type has one.
 
         Raises:
             SpawnError: bodies of the scene overlap; the message names them all.
@@ -304,9 +304,8 @@ class SimWorld:
         for fixture in self.scene.placed_fixtures:
             self._add(fixture_body(self._client, fixture))
         for robot in self.scene.robots:
-            self.robots[robot.name] = Ankurbot(
-                self._client, robot.name, robot.x, robot.y, robot.heading_rad, self._hands
-            )
+            hand = self._hands or robot.has_hand
+            self.robots[robot.name] = Ankurbot(self._client, robot.name, robot.x, robot.y, robot.heading_rad, hand)
             self._add(self.robots[robot.name].body)
         for arm in self.scene.arms:
             built = Arm(self._client, arm.name, arm.tucked, arm.station)

@@ -15,6 +15,8 @@ from yarm.sim.engine.bodies import Body, FramedSolid, description, link_names, l
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.joint_path import JointLimits, JointPath
 
+BRAKE_S = 0.2
+"""An arm that nobody watches over is brought to rest in this time, s."""
 TOOL_FRAMES = ("tool0", "sander_tip", "wrist_camera_optical_frame")
 
 
@@ -81,6 +83,10 @@ class Arm:
         if any(len(point) != len(order) for point in positions):
             raise CommandError(f"every point must have {len(order)} positions")
         return self.path.follow([[point[i] for i in order] for point in positions], times_s)
+
+    def brake(self) -> None:
+        """Come to rest on the trajectory that is followed."""
+        self.path.brake(BRAKE_S)
 
     def update(self, dt_s: float) -> None:
         """Once a physics step: move the set-points on."""

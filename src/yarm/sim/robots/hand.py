@@ -19,6 +19,10 @@ PRESSING_FORCE_N = 20.0
 """Greatest force of the lift; with the hand's weight less than the 30 N that a piece must never feel."""
 
 
+LIFT_SHARES = {"hand": 1.0, "stage": 0.5}
+"""How far links of the telescope go down, as shares of the lift's way."""
+
+
 class SuctionHand(SuctionCup):
     """Lift and cup of one robot. ``update`` once a tick."""
 
@@ -32,7 +36,7 @@ class SuctionHand(SuctionCup):
             model: its description.
             holding_n: force with which the cup holds.
         """
-        self._hand, self._stage = names.index("hand"), names.index("stage")
+        self._hand, self._stage = (names.index(link) for link in LIFT_SHARES)
         super().__init__(client, uid, self._hand, np.eye(4), holding_n)
         self.stroke_m = model.joints[LIFT_JOINT].upper
         self._wanted_m = self._set_m = 0.0
@@ -71,7 +75,7 @@ class SuctionHand(SuctionCup):
         return float(position), float(speed)
 
     def _motors(self) -> None:
-        for link, share in ((self._hand, 1.0), (self._stage, 0.5)):
+        for link, share in zip((self._hand, self._stage), LIFT_SHARES.values()):
             pybullet.setJointMotorControl2(
                 self._uid,
                 link,

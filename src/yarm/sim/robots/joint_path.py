@@ -28,7 +28,8 @@ class JointPath:
     """Set-points along a trajectory: linear between its points, never faster than the joints' limits.
 
     Points beyond a joint's limits are clamped to them. A piece that would need more than a joint's greatest speed is
-    stretched in time. A new trajectory replaces the old one from the present set-point on.
+    stretched in time. A new trajectory replaces the old one from the present set-point on. ``brake`` brings it to rest
+    on the way that it is on.
     """
 
     def __init__(self, start: npt.ArrayLike, limits: JointLimits) -> None:
@@ -37,6 +38,7 @@ class JointPath:
         self._from: FloatArray = np.asarray(start, dtype=float).copy()
         self._points: List[Tuple[FloatArray, float]] = []
         self._elapsed_s = 0.0
+        self._braking: Tuple[float, float] = (0.0, 0.0)
         self.position: FloatArray = self._from.copy()
         self.velocity: FloatArray = np.zeros_like(self._from)
 
@@ -71,6 +73,11 @@ class JointPath:
             raise JointPathError(f"times must not be negative or fall; they are {times.tolist()[:8]}")
         return self._take(points, times)
 
+    def brake(self, stop_s: float) -> None:
+        """Come to rest on the trajectory, evenly slower for so long, s; once is enough."""
+        if self.moving and not self._braking[0]:
+            self._braking = (stop_s, stop_s)
+
     def _take(self, points: FloatArray, times: FloatArray) -> List[str]:
         notes = []
         clamped = np.clip(points, self._limits.lower, self._limits.upper)
@@ -78,6 +85,7 @@ class JointPath:
             joints = np.nonzero(np.any(clamped != points, axis=0))[0] + 1
             notes.append(f"joint(s) {joints.tolist()} clamped to their limits")
         self._from, self._elapsed_s, self._points = self.position.copy(), 0.0, []
+        self._braking = (0.0, 0.0)
         last, last_time, stretched = self._from, 0.0, 0
         for point, time in zip(clamped, times):
             needed = float(np.max(np.abs(point - last) / self._limits.speed))
@@ -93,6 +101,18 @@ class JointPath:
 
     def advance(self, dt_s: float) -> None:
         """Move the set-point on by a time step, s."""
+        stop_s, left_s = self._braking
+        if not stop_s or not self._points:
+            self._advance(dt_s)
+            return
+        after_s = left_s - dt_s if left_s > dt_s + 1e-9 else 0.0
+        self._braking = (stop_s, after_s)
+        self._advance((left_s**2 - after_s**2) / (2.0 * stop_s))
+        self.velocity = self.velocity * (after_s / stop_s)
+        if not after_s:
+            self._points, self._braking = [], (0.0, 0.0)
+
+    def _advance(self, dt_s: float) -> None:
         remaining = dt_s
         while self._points:
             target, duration = self._points[0]

@@ -116,6 +116,11 @@ class Youbot:
         states = pybullet.getJointStates(self.uid, self._joints, physicsClientId=self._client)
         return mechanical_angles([state[0] for state in states])
 
+    def joint_rates(self) -> FloatArray:
+        """Speeds of the mechanical angles (5,), rad/s."""
+        states = pybullet.getJointStates(self.uid, self._joints, physicsClientId=self._client)
+        return urdf_rates([state[1] for state in states])
+
     def touching(self) -> List[Tuple[str, int, float]]:
         """What touches it: its link, the other body's PyBullet number, and the force, N."""
         found: Dict[Tuple[str, int], float] = {}

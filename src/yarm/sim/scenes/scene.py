@@ -14,12 +14,11 @@ from yarm.robots import bin as bins
 from yarm.robots.ankurbot import EE_HEIGHT_M
 from yarm.robots.hc10 import AT_ORIGIN, N_JOINTS, NAME, STATION_FIXTURES, Station
 from yarm.sim.scenes.events import Event, read_events
-from yarm.sim.scenes.specs import HALF_CELL_M, ArmSpec, FixtureSpec, RobotSpec, ThingSpec
+from yarm.sim.scenes.specs import HALF_CELL_M, ROBOT_TYPES, ArmSpec, FixtureSpec, RobotSpec, ThingSpec
 from yarm.sim.scenes.variation import Vary, read_vary, vary_layout
 from yarm.yaml_fields import Faults, Fields, SceneError, load_yaml
 
 TOP_M = GridSpec().upper[2]
-ROBOT_TYPES = ("ankurbot",)
 ARM_TYPES = ("hc10",)
 MOST_ROBOTS = 20
 """Mobile robots in a scene; the floor of the volume holds no more."""

@@ -12,6 +12,11 @@ HALF_CELL_M = GridSpec().upper[0]
 """The mapped volume is x, y in [-HALF_CELL_M, HALF_CELL_M), metres."""
 
 
+WITH_HAND = "ankurbot_hand"
+"""The type of robot that carries a hand."""
+ROBOT_TYPES = ("ankurbot", WITH_HAND)
+
+
 @dataclass(frozen=True)
 class RobotSpec:
     """A mobile robot at its start: body centre on the floor, metres, and heading of its arm, rad."""
@@ -21,6 +26,11 @@ class RobotSpec:
     x: float
     y: float
     heading_rad: float
+
+    @property
+    def has_hand(self) -> bool:
+        """Whether its type has a hand, whatever the others of the cell have."""
+        return self.type == WITH_HAND
 
 
 @dataclass(frozen=True)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
-from typing import List
+from typing import List, Sequence
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib import image
 
-from yarm.geometry import FloatArray
+from yarm.geometry import FloatArray, transform_matrix
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid
 from yarm.sim.engine.bodies import FramedSolid
 from yarm.sim.engine.world import SimWorld
+from yarm.sim.robots.hand import LIFT_SHARES
 from yarm.sim.scenes.specs import HALF_CELL_M
 from yarm.sim.sensors.camera_model import FAR, FLOOR_RGB, CameraModel, SolidSet, looking_at
 from yarm.sim.sensors.cameras import DepthCamera, best_rays
@@ -34,11 +36,25 @@ TARGET_COLOUR = (0.10, 0.65, 0.25)
 OVERSAMPLING = 2
 
 
-def draw(world: SimWorld, width: int = 1280, height: int = 800) -> npt.NDArray[np.float64]:
-    """Picture (height, width, 3), red, green, blue, 0 to 1, of a world; targets are green balls."""
+def draw(
+    world: SimWorld,
+    width: int = 1280,
+    height: int = 800,
+    eye_m: Sequence[float] = EYE_M,
+    aim_m: Sequence[float] = AIM_M,
+) -> npt.NDArray[np.float64]:
+    """Picture (height, width, 3), red, green, blue, 0 to 1, of a world; targets are green balls.
+
+    Args:
+        world: what is drawn.
+        width: pixels.
+        height: pixels.
+        eye_m: from where, world.
+        aim_m: what is in the middle, world.
+    """
     n = OVERSAMPLING
     camera = DepthCamera(CameraModel(n * width, n * height, math.radians(50.0), 0.05, 30.0), best_rays())
-    pose = looking_at(EYE_M, AIM_M)
+    pose = looking_at(eye_m, aim_m)
     solids = SolidSet(_seen(world))
     seen = camera.render(pose, solids, solids.poses(world.transforms()))
     points = (camera.model.directions() * seen.depth[..., None]) @ pose[:3, :3].T + pose[:3, 3]
@@ -57,12 +73,22 @@ def save(world: SimWorld, path: Path) -> None:
 
 
 def _seen(world: SimWorld) -> List[FramedSolid]:
-    items = [item for body in world.bodies.values() for item in body.solids]
+    """What there is to see, hands as far down as they are (bodies have them drawn up)."""
+    items = [_lowered(world, body.name, item) for body in world.bodies.values() for item in body.solids]
     for body in world.bodies.values():
         if body.kind == ObjectKind.TARGET:
             ball = LinkSolid(Shape.SPHERE, (0.05,), np.eye(4), body.name, TARGET_COLOUR)
             items.append(FramedSolid(body.name, ball, np.eye(4)))
     return items
+
+
+def _lowered(world: SimWorld, robot: str, item: FramedSolid) -> FramedSolid:
+    hand = world.hands.get(robot)
+    share = LIFT_SHARES.get(item.solid.link, 0.0)
+    if hand is None or not share:
+        return item
+    down = transform_matrix((0.0, 0.0, -share * hand.lift_m), (0.0, 0.0, 0.0, 1.0))
+    return replace(item, T_frame_solid=down @ item.T_frame_solid)
 
 
 def _floor_colours(points: FloatArray) -> FloatArray:

@@ -8,7 +8,9 @@ import json
 from pathlib import Path
 from typing import Dict, Tuple
 
-from yarm.experiments.inspect.study import rounds, saved, specs_of, table, write_rows
+import pytest
+
+from yarm.experiments.inspect.study import controllers_of, rounds, saved, specs_of, table, write_rows
 from yarm.experiments.inspect.trial import NUMBERS, PHYSICS, InspectResult, InspectSpec, run_trial
 
 NUMBERS_OF_ONE: Dict[str, float] = dict.fromkeys(NUMBERS, 1.0)
@@ -66,3 +68,10 @@ def test_a_trial_of_ours(tmp_path: Path) -> None:
     kept.mkdir()
     options = argparse.Namespace(layouts=0, scheduler="", workers=1)
     assert "controller" in rounds(options, tmp_path, lambda done, whole, key: None, [])
+
+
+@pytest.mark.parametrize(
+    "asked, taken", [(None, ["report", "yarm"]), (["yarm"], ["yarm"]), (["nearest", "report"], ["report"])]
+)
+def test_only_the_controllers_that_are_asked_for_are_run(asked: list, taken: list) -> None:
+    assert controllers_of(argparse.Namespace(controller=asked)) == taken

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import List
 
 from python.experiments.inspect_samples import only
@@ -13,7 +14,7 @@ from yarm.experiments.inspect.record import LookRecord, RoundRecord
 from yarm.experiments.inspect.runner import run_round
 from yarm.experiments.inspect.switches import Switches
 from yarm.geometry import Pose2
-from yarm.inspection.model import BLANK, PRINTED, Stage
+from yarm.inspection.model import BLANK, PRINTED, UNSEEN, Stage
 from yarm.inspection.printed_round import PAUSE_S
 from yarm.sim.scenes.arena import Arena, Block
 from yarm.sim.scenes.layout import Layout, walls
@@ -37,6 +38,25 @@ def test_loose_headings_sleeps_and_the_printed_vote() -> None:
     assert images == 21 == len(faulty.looks) and abs(asleep - looked - images * PAUSE_S) < 0.11 * 3
     whole = max(seen.keypoints for look in faulty.looks for seen in look.sightings)
     assert whole > max(seen.keypoints for look in plain.looks for seen in look.sightings)
+
+
+def test_lost_frames_are_votes_for_every_tag_in_the_printed_program_alone() -> None:
+    text = run_round(ONE, "report", 1, Switches(frames_lost=True))
+    printed = run_round(ONE, "report", 1, Switches(frames_lost=True, printed_vote=True))
+    assert len(text.looks) == 14 == len(printed.looks)
+    blank = replace(ONE, tags=(BLANK,) * len(ONE.tags))
+    seen = run_round(blank, "report", 1, Switches(frames_lost=True)).verdicts
+    assert [verdict.reading.tag for verdict in seen] == [BLANK]
+    named = run_round(blank, "report", 1, Switches(frames_lost=True, printed_vote=True)).verdicts
+    assert [verdict.reading.tag for verdict in named] == [UNSEEN], "7 images that did not come are 105 votes: not blank"
+
+
+def test_copied_frames_are_one_picture_a_heading_and_whole_images_hold_more_keypoints() -> None:
+    seven = run_round(ONE, "report", 1, Switches(frames_copied=True)).looks
+    assert len(seven) == 21 and len({look.sightings[0].good for look in seven}) <= 3
+    plain, whole = (run_round(ONE, "report", 1, s).looks for s in (Switches(), Switches(whole_images=True)))
+    most = [max(seen.keypoints for look in looks for seen in look.sightings) for looks in (plain, whole)]
+    assert most[1] > most[0]
 
 
 def facing_a_back() -> Layout:

@@ -101,12 +101,12 @@ def test_a_path_to_another_goal_is_no_replan(recorder: Recorder) -> None:
 
 
 def test_the_least_clearance_is_kept_and_the_own_goal_does_not_count(recorder: Recorder) -> None:
-    recorder.clearance("ankurbot_1", "table", 0.3)
-    recorder.clearance("ankurbot_1", "stand", 0.2)
-    recorder.clearance("ankurbot_1", "table", 0.25)
+    recorder.clearance(START_S + 1.0, "ankurbot_1", "table", 0.3)
+    recorder.clearance(START_S + 1.0, "ankurbot_1", "stand", 0.2)
+    recorder.clearance(START_S + 1.0, "ankurbot_1", "table", 0.25)
     recorder.tasks(START_S, [TaskSample("ankurbot_1", "debris_1", "Debris", "assigned")])
-    recorder.clearance("ankurbot_1", "debris_1", 0.0)
-    recorder.clearance("somebody", "table", 0.0)
+    recorder.clearance(START_S + 1.0, "ankurbot_1", "debris_1", 0.0)
+    recorder.clearance(START_S + 1.0, "somebody", "table", 0.0)
     robot = finished(recorder).robots[0]
     assert (robot.min_clearance_m, robot.nearest) == (0.2, "stand")
 

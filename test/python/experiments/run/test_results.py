@@ -14,7 +14,7 @@ from yarm.experiments.run.cases import CASES, case_of
 from yarm.experiments.run.plots import PLOTS, plot_run
 from yarm.experiments.run.record import NodeUsage, RunInfo, RunRecord
 from yarm.experiments.run.tables import markdown_table, summary_table
-from yarm.experiments.run.writers import FILES, write_run
+from yarm.experiments.run.writers import FILES, TABLES, write_run
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -52,7 +52,8 @@ def test_a_result_folder_is_complete(tmp_path: Path) -> None:
     written = plot_run(record, tmp_path, SPEC, obstacles)
     assert {p.name for p in tmp_path.iterdir()} == {*FILES, *PLOTS, "map_ankurbot_1.png"}
     assert all(path.read_bytes().startswith(PNG) and path.stat().st_size > 5000 for path in written)
-    for name, rows in (("waypoints", record.waypoints), ("path", record.path), ("timing", record.timing)):
+    for name in TABLES:
+        rows = getattr(record, name)
         with (tmp_path / f"{name}.csv").open() as stream:
             read = list(csv.DictReader(stream))
         assert len(read) == len(rows) > 0
@@ -66,7 +67,8 @@ def test_the_summary_holds_what_was_promised(tmp_path: Path) -> None:
     assert summary["robots"]["ankurbot_1"]["goals"] == ["debris_1"]
     assert summary["robots"]["ankurbot_1"]["planning_p50_ms"] == 7.0
     assert summary["real_time_factor"] == 0.8
-    assert summary["pauses"] == [{"manipulator": "hc10_barc", "start_s": 6.0, "end_s": 9.0}]
+    near = "ankurbot_1 at 0.21 m"
+    assert summary["pauses"] == [{"manipulator": "hc10_barc", "start_s": 6.0, "end_s": 9.0, "cause": near}]
     assert [node["node"] for node in summary["nodes"]] == ["simulation", "commander"]
     assert summary["steps"] == {"planned": 2, "refused": 1}
     assert summary["layout"]["ankurbot_1"] == {"x": 2.0, "y": 1.5, "heading_deg": 170.0}

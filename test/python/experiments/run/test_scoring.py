@@ -9,6 +9,7 @@ from typing import Callable
 import pytest
 
 from python.experiments.run_samples import SPEC, START_S, TOUCH, drive, good_run, plan_sample
+from yarm.commander.params import Removal
 from yarm.experiments.run.cases import Case
 from yarm.experiments.run.record import RunInfo, RunRecord
 from yarm.experiments.run.recorder import ContactSample, Recorder, TaskSample
@@ -140,6 +141,13 @@ def test_where_everybody_has_something_to_reach_a_robot_that_reached_nothing_is_
     assert scored(recorder, case=Case("x", "")).success
     record = scored(recorder, case=Case("x", "", everybody=True))
     assert record.faults == ("ankurbot_2 reached nothing: in this case every robot has something to reach",)
+
+
+def test_to_a_bin_one_robot_may_bring_everything_in_a_layout_that_a_seed_draws() -> None:
+    case = Case("x", "", min_pauses=1, min_replans=1, everybody=True)
+    assert case.for_layout(True, Removal.BIN) == case
+    assert case.for_layout(False, Removal.DELETE) == case
+    assert case.for_layout(False, Removal.BIN) == Case("x", "", min_pauses=1)
 
 
 def test_a_changed_path_is_a_replan_and_the_rest_of_the_old_one_is_not() -> None:

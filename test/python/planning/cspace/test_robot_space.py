@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import partial
 from typing import Set, Tuple
 
 import numpy as np
@@ -12,14 +14,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from python.planning.samples import SMALL, arm, block, request, robot
-from yarm.geometry import Mask
-from yarm.planning.cspace.cell_sets import Layout, dilated
-from yarm.planning.cspace.footprint import Shape, border_for
+from yarm.geometry import GridSpec, Mask, wrap_angle
+from yarm.planning.cspace.cell_sets import Layout, difference, dilated
+from yarm.planning.cspace.footprint import Shape, border_for, columns_of
 from yarm.planning.cspace.robot_space import RobotSpace, ShapeCache, View, headings_from, with_margin
 from yarm.planning.fleet.problem import PlanningProblem, turns_of
 from yarm.planning.model.types import Waypoint
 from yarm.planning.verification.checker import sweep_of
+from yarm.robots.ankurbot import ankurbot_mask
 
+CELL = GridSpec()
 QUARTERS = turns_of((0.0, 90.0, -90.0))
 CELLS = st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(0, 3)), min_size=1, max_size=8)
 
@@ -63,16 +67,26 @@ def test_a_line_is_free_exactly_when_its_sweep_is(cells: list, a: Tuple[int, int
 
 
 @settings(max_examples=60, deadline=None)
-@given(CELLS, st.integers(1, 3), st.sampled_from([0.0, math.pi / 2, 1.0, 2 * math.pi]))
-def test_a_turn_from_a_right_angle_is_that_of_the_mask_turned_there(cells: list, quarters: int, angle: float) -> None:
+@given(
+    CELLS,
+    st.integers(-3, 3),
+    st.sampled_from([0.0, math.pi / 4, 0.3]),
+    st.sampled_from([0.0, math.pi / 4, math.pi / 2, 1.0, 2 * math.pi]),
+)
+def test_a_turn_from_a_right_angle_on_is_that_of_the_mask_turned_there(
+    cells: list, quarters: int, first: float, angle: float
+) -> None:
     here = np.unique(np.array(cells), axis=0)
     there = here.copy()
-    for _ in range(quarters):
+    for _ in range(quarters % 4):
         there[:, :2] = np.stack([-there[:, 1], there[:, 0]], axis=-1)
     layout = Layout(SMALL.shape, border_for([Mask(here)]))
-    given_turned = Shape.of_mask(Mask(there), layout).turned(0.0, angle, SMALL.resolution)
-    turned = Shape.of_mask(Mask(here), layout).turned(quarters * math.pi / 2, angle, SMALL.resolution)
+    given_turned = Shape.of_mask(Mask(there), layout).turned(first, angle, SMALL.resolution)
+    turned = Shape.of_mask(Mask(here), layout).turned(quarters * math.pi / 2 + first, angle, SMALL.resolution)
     assert turned.cell_set == given_turned.cell_set
+    columns = np.array(columns_of(turned.column_set, layout))
+    x0, x1, y0, y1 = turned.bounds
+    assert ((x0, y0), (x1, y1)) == (tuple(columns.min(axis=0)), tuple(columns.max(axis=0)))
 
 
 @pytest.mark.parametrize("angle", [90.0, -90.0, 37.0])
@@ -105,6 +119,25 @@ def test_all_quarter_turns_come_from_one_sweep() -> None:
     direct = space.shape0.turned(-math.pi / 2, math.pi / 2, SMALL.resolution)
     k = next(k for k in range(4) if abs(math.remainder(space.headings[k] - one.yaw_rad + math.pi / 2, 7)) < 1e-6)
     assert space.turn_shape(0, k).cell_set == direct.cell_set
+
+
+def test_with_masks_at_every_heading_shapes_are_these_and_turns_cover_all_between() -> None:
+    one = robot("r", (25, 25), ankurbot_mask(CELL, 0.3))
+    one = replace(one, yaw_rad=0.3, mask_at=partial(ankurbot_mask, CELL))
+    turns = turns_of((0.0, 90.0, -90.0, 45.0, -45.0))
+    problem = PlanningProblem.of(request(CELL, np.zeros(CELL.shape, bool), [one]), turns, ShapeCache())
+    assert problem is not None
+    space = problem.spaces[0]
+    assert len(space.headings) == 8
+    for h, yaw in enumerate(space.headings):
+        assert space.shape(h).cell_set == Shape.of_mask(ankurbot_mask(CELL, yaw), space.layout).cell_set
+        k = min(range(8), key=lambda k: abs(wrap_angle(space.headings[k] - yaw - math.pi / 4)))
+        turn = space.turn_shape(h, k)
+        assert turn.cell_set == space.turn_shape(k, h).cell_set
+        assert turn.cell_set == space.shape(h).turned(0.0, math.pi / 4, CELL.resolution).cell_set
+        for part in np.linspace(0.0, math.pi / 4, 9):
+            between = Shape.of_mask(ankurbot_mask(CELL, yaw + part), space.layout)
+            assert difference(between.cell_set, turn.cell_set) == (0,) * CELL.shape[2]
 
 
 def test_the_border_has_no_margin_and_a_robot_outside_may_only_come_in() -> None:
@@ -151,6 +184,20 @@ def test_headings_close_under_the_turns_and_the_wanted_one_comes_last() -> None:
     assert headings[0] == pytest.approx(0.1)
     assert headings[-1] == pytest.approx(1.0)
     assert len(headings_from(0.0, turns_of((7.0,)), None)) <= 36
+
+
+def test_between_the_headings_it_keeps_to_a_robot_may_turn_to_the_next_of_them_and_not_back() -> None:
+    astray = replace(robot("r", (7, 5), block(1, 1), 37.0), home_yaw_rad=math.pi)
+    problem = PlanningProblem.of(request(SMALL, np.zeros(SMALL.shape, bool), [astray]), QUARTERS, ShapeCache())
+    assert problem is not None
+    space = problem.spaces[0]
+    degrees = [round(math.degrees(heading)) % 360 for heading in space.headings]
+    assert (degrees[:4], sorted(degrees[4:])) == ([37, 127, 307, 217], [0, 90, 180, 270])
+    turns = {(degrees[h], degrees[k]) for h in range(8) for k in range(8) if space.turn_angle(h, k) is not None}
+    assert {k for h, k in turns if h == 37} == {127, 307, 0, 90}
+    assert {k for h, k in turns if h == 90} == {0, 180}
+    at_home = replace(astray, yaw_rad=math.radians(90.3))
+    assert headings_from(at_home.yaw_rad, QUARTERS, None, math.pi) == headings_from(at_home.yaw_rad, QUARTERS, None)
 
 
 def test_forbidden_columns_may_not_be_entered_but_may_be_left() -> None:

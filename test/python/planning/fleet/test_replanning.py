@@ -42,6 +42,17 @@ def test_moves_that_are_made_are_left_out() -> None:
     assert remembered().recall(at((10, 12), (14, 20)), NAMES) == [MOVES[2]]
 
 
+def test_moves_made_between_two_plans_are_left_out_too() -> None:
+    assert remembered().recall(at((26, 12), (14, 2)), NAMES) == [MOVES[1]]
+
+
+def test_a_robot_that_is_to_come_back_to_where_it_stands_still_makes_both_moves() -> None:
+    memory = Memory()
+    there_and_back = [Move(0, (2, 12, 0), (10, 12, 0)), Move(0, (10, 12, 0), (2, 12, 0))]
+    memory.keep(at((2, 12), (14, 2)), NAMES, there_and_back)
+    assert memory.recall(at((2, 12), (14, 2)), NAMES) == there_and_back
+
+
 def test_a_robot_that_stopped_short_makes_its_first_move_from_there() -> None:
     recalled = remembered().recall(at((6, 13), (14, 2)), NAMES)
     assert recalled is not None and recalled[0] == Move(0, (6, 13, 0), (10, 12, 0)) and recalled[1:] == MOVES[1:]

@@ -152,3 +152,10 @@ def test_module_runs_without_ros():
     environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(package_root() / "src")}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0 and done.stdout.startswith("SOLVED"), done.stderr
+
+
+def test_who_waits_for_whom_is_printed_and_carried_out():
+    code, out, _ = run(scene("head_on"), "--waits")
+    assert code == 0
+    assert "cart_1 (9, 3) to (22, 3): after cart_2.1, cart_2.2" in out
+    assert "released_status SOLVED" in out and "released_refused 0" in out

@@ -130,7 +130,7 @@ def test_a_robot_that_would_fit_without_its_load_is_told_to_lay_it_down():
     objects = {name: cells_of(box) for name, box in gap.items()}
     mover = type(carrying)("r", carrying.column, 0.0, carrying.mask, carries="piece")
     asked = request(SMALL, walls(SMALL, gap.values()), [mover], [target((12, 6))], objects=objects)
-    assert ((ChangeKind.LAY_DOWN, "piece"),) in changes_of(asked, bare=block(1, 1))
+    assert ((ChangeKind.LAY_DOWN, "piece"),) in changes_of(asked, bare=lambda yaw_rad: block(1, 1))
     assert all(kind is not ChangeKind.LAY_DOWN for changes in changes_of(asked) for kind, _ in changes)
 
 

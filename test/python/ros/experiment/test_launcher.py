@@ -11,8 +11,10 @@ from pathlib import Path
 import psutil
 import pytest
 
+from yarm.experiments.run.cases import CASES
 from yarm.ros.experiment.launcher import (
     Family,
+    case_to_run,
     command,
     exploration_command,
     folder_of,
@@ -23,6 +25,7 @@ from yarm.ros.experiment.launcher import (
     verdict,
     wall_limit_s,
 )
+from yarm.sim.scenes.scene import load_scene
 
 
 @pytest.mark.parametrize(
@@ -144,6 +147,20 @@ def test_orphans_of_the_child_are_ended_too() -> None:
     assert not orphan.is_running() or orphan.status() == psutil.STATUS_ZOMBIE
 
 
+def test_a_number_that_is_somebody_elses_by_now_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    somebody = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    try:
+        known = psutil.Process(somebody.pid)
+        monkeypatch.setattr(known, "_ident", (known.pid, known.create_time() - 60.0))
+        monkeypatch.setattr(psutil.Process, "children", lambda *_, **__: [known])
+        Family(child).stop()
+        assert somebody.poll() is None
+    finally:
+        somebody.kill()
+        somebody.wait()
+
+
 FAKE_ROSLAUNCH = """#!{python}
 import sys
 from pathlib import Path
@@ -212,3 +229,41 @@ def test_wrong_words_are_refused_before_anything_is_started_or_lost(tmp_path, ca
 def test_in_a_cell_with_a_bin_robots_have_hands_and_use_it(words: list, hands: str, removal: str) -> None:
     given = dict(word.split(":=") for word in command(parser().parse_args(words), 1)[5:])
     assert (given["hands"], given["removal"]) == (hands, removal)
+
+
+@pytest.mark.parametrize(
+    ("words", "turns"),
+    [
+        (["--case", "3m"], "[0.0, 90.0, -90.0]"),
+        (["--case", "1m1ma_bin"], "[0.0, 90.0, -90.0, 45.0, -45.0]"),
+        (["--case", "1m1ma_bin", "--removal", "delete"], "[0.0, 90.0, -90.0]"),
+        (["--case", "3m", "--turns", "0,30,-30"], "[0.0, 30.0, -30.0]"),
+    ],
+)
+def test_robots_that_carry_debris_to_a_bin_make_finer_turns(words: list, turns: str) -> None:
+    given = dict(word.split(":=") for word in command(parser().parse_args(words), 1)[5:])
+    assert given["turns_deg"] == turns
+
+
+@pytest.mark.parametrize("words", ["a", "", "0,", "0,181", "nan"])
+def test_turns_that_are_none_are_refused(words: str, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(["--turns", words])
+    assert f"{words!r}: angles within -180 to 180 deg, separated by commas" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "case"),
+    [
+        ([], "1m1ma_bin"),
+        (["--case", "2m1ma"], "2m1ma_bin"),
+        (["--case", "2m1ma", "--removal", "delete"], "2m1ma"),
+        (["--case", "2m1ma", "--soak", "60"], "2m1ma"),
+        (["--case", "3m"], "3m"),
+        (["--case", "somewhere/cell.yaml"], "somewhere/cell.yaml"),
+    ],
+)
+def test_debris_goes_to_a_bin_unless_it_is_to_be_deleted_as_published(words: list, case: str) -> None:
+    assert case_to_run(parser().parse_args(words)) == case
+    shipped = load_scene(case) if case in CASES else None
+    assert shipped is None or bool(shipped.bins) is case.endswith("_bin")

@@ -9,6 +9,7 @@ import numpy as np
 import pybullet
 import pytest
 
+from yarm.robots.ankurbot import HAND_LIFTS_KG
 from yarm.sim.engine.bodies import description, link_names
 from yarm.sim.engine.things import SpawnError
 from yarm.sim.engine.world import SimWorld
@@ -21,6 +22,7 @@ from yarm.sim.scenes.specs import ThingSpec
 PLACE = (0.2, 0.3)
 TABLE_M = 0.70
 DEBRIS_M = 0.04
+DEBRIS_KG = 0.30
 
 
 @pytest.fixture
@@ -146,6 +148,22 @@ def test_the_hand_stays_up_and_the_robot_stands(world: SimWorld) -> None:
     assert hand.cup[2, 2] > 0.9999
 
 
+def test_ground_truth_tells_how_hard_links_push(world: SimWorld) -> None:
+    put(world)
+    world.contacts.take()
+    world.run(0.2)
+    (resting,) = (c for c in world.contacts.take() if {c.a.body, c.b.body} == {"debris_1", "table"})
+    assert resting.force_n == pytest.approx(DEBRIS_KG * 9.81, rel=0.05)
+    most = lower(world, hand_of(world))
+    pushed = [
+        c.force_n
+        for c in world.contacts.take()
+        if {c.a.link, c.b.link} >= {"hand"} and "debris_1" in (c.a.body, c.b.body)
+    ]
+    assert most <= max(pushed) <= 30.0
+    assert [c.force_n for c in world.contacts.take()] == []
+
+
 def test_beside_debris_nothing_is_taken(world: SimWorld) -> None:
     """The cup's edge presses on it, and does not cover it."""
     put(world, dy=0.06, yaw=0.0)
@@ -178,6 +196,23 @@ def test_weak_suction_loses_the_piece(world: SimWorld) -> None:
     assert not hand.grasping
     assert hand.lost >= 1
     assert height(world, uid) < TABLE_M + DEBRIS_M
+
+
+@pytest.mark.parametrize(("beyond_kg", "lifted"), [(-0.1, True), (0.1, False)])
+def test_a_piece_that_is_heavier_than_the_lift_raises_holds_it_down(
+    world: SimWorld, beyond_kg: float, lifted: bool
+) -> None:
+    uid, hand = put(world), hand_of(world)
+    pybullet.changeDynamics(uid, -1, mass=HAND_LIFTS_KG + beyond_kg, physicsClientId=world.client)
+    lower(world, hand)
+    hand.lift_to(0.0)
+    most = 0.0
+    for _ in range(120):
+        world.run(1.0 / 60.0)
+        most = max([most, *hand.press_n().values()])
+    assert hand.held_uid == uid and most <= PRESSING_FORCE_N + 2.0
+    assert (height(world, uid) > TABLE_M + 0.1) is lifted
+    assert (hand.lift_m < 0.003) is lifted
 
 
 @pytest.mark.parametrize("aside", [-0.005, 0.0, 0.005])
@@ -238,6 +273,17 @@ def test_without_suction_nothing_is_taken(world: SimWorld) -> None:
 def test_a_lift_beyond_the_stroke_is_refused(world: SimWorld, down_m: float) -> None:
     with pytest.raises(CommandError, match=r"must be within 0 to 0\.2 m"):
         hand_of(world).lift_to(down_m)
+
+
+def test_a_type_of_robot_has_a_hand_beside_one_that_has_none() -> None:
+    robots = [
+        {"name": f"ankurbot_{n}", "type": kind, "x": 1.6, "y": 1.5 * n - 1.5, "heading_deg": 0.0}
+        for n, kind in ((1, "ankurbot"), (2, "ankurbot_hand"))
+    ]
+    with SimWorld(scene_from({"name": "test", "fixtures": ["table"], "robots": robots}, "test")) as world:
+        assert list(world.hands) == ["ankurbot_2"]
+        heights = [world.transforms()[f"ankurbot_{n}/ee"][2, 3] for n in (1, 2)]
+        assert heights == pytest.approx([0.89, 0.97], abs=0.01)
 
 
 def test_robots_have_no_hand_unless_asked_for() -> None:

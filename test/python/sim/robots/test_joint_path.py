@@ -76,3 +76,34 @@ def test_no_set_point_ever_breaks_a_limit_or_a_speed(pieces: list, dt: float) ->
         path.advance(dt)
         assert np.all(path.position >= LIMITS.lower - 1e-12) and np.all(path.position <= LIMITS.upper + 1e-12)
         assert np.all(np.abs(path.position - before) <= LIMITS.speed * dt + 1e-9)
+
+
+def test_a_brake_comes_to_rest_on_the_way_evenly_and_forgets_the_rest():
+    path = JointPath([0.0, 0.0], LIMITS)
+    path.follow([[1.0, 0.5], [1.0, 1.5]], [2.0, 4.0])
+    path.advance(1.0)
+    path.brake(0.2)
+    speeds = []
+    for _ in range(10):
+        before = path.position.copy()
+        path.advance(0.02)
+        speeds.append((path.position - before)[0] / 0.02)
+    assert np.all(np.diff(speeds) < 0.0)
+    assert path.position == pytest.approx([0.55, 0.275])
+    assert not path.moving
+    assert np.all(path.velocity == 0.0)
+    path.follow([[0.0, 0.0]], [2.0])
+    path.advance(3.0)
+    assert path.position == pytest.approx([0.0, 0.0])
+
+
+def test_a_brake_before_the_end_and_one_without_a_way_are_harmless():
+    path = JointPath([0.0, 0.0], LIMITS)
+    path.brake(0.2)
+    path.follow([[0.01, 0.0]], [0.1])
+    path.advance(0.05)
+    path.brake(10.0)
+    path.brake(10.0)
+    path.advance(1.0)
+    assert path.position == pytest.approx([0.01, 0.0])
+    assert not path.moving

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""What a hand costs in planning: the same errands of two robots, bare with quarter turns and loaded with eighth turns.
+
+    source tools/env.sh && python3 bench/planning_hands.py
+
+On the map of ``2m1ma_bin`` (``test/data/planning/loaded_robots_at_a_bin.npz``) both robots start at random places and
+headings, and one goes to a random place, step by step, re-planned at each as by the Commander. Both kinds of robot get
+the same errands; those that one of them cannot do are left out. Prints processor times in ms: of the first plan of an
+errand, of the plans of the steps after it, and of all plans of an errand together.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+
+from yarm.commander.shapes import PieceShape, RobotShape
+from yarm.geometry import BoolArray, GridSpec
+from yarm.planning.fleet.yarm_planner import YarmPlanner
+from yarm.planning.model.params import PlannerParams
+from yarm.planning.model.types import Goal, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint, without_robots
+from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, Disc
+
+MAP = Path(__file__).parents[1] / "test" / "data" / "planning" / "loaded_robots_at_a_bin.npz"
+SPEC = GridSpec()
+BARE = RobotShape(ANKURBOT_DISCS, ANKURBOT_BEAMS)
+RAISED_M = 0.08
+CUP = Disc(0.0, 0.0, 0.05, (0.895, 1.0))
+STEPS = 30
+
+
+def with_hand() -> RobotShape:
+    """The robot with its arm raised, a cup, and a piece of debris under it."""
+
+    def raised(z: Tuple[float, float]) -> Tuple[float, float]:
+        return (z[0] + RAISED_M if z[0] > 0.8 else z[0], z[1] + RAISED_M if z[1] > 0.8 else z[1])
+
+    discs = [replace(disc, z=raised(disc.z)) for disc in ANKURBOT_DISCS]
+    beams = [replace(beam, z=raised(beam.z)) for beam in ANKURBOT_BEAMS]
+    return RobotShape((*discs, CUP), tuple(beams)).with_load(PieceShape(math.hypot(0.075, 0.03), 0.04))
+
+
+KINDS: Dict[str, Tuple[RobotShape, Tuple[float, ...]]] = {
+    "bare, quarter turns": (BARE, (0.0, 90.0, -90.0)),
+    "loaded hand, eighth turns": (with_hand(), (0.0, 90.0, -90.0, 45.0, -45.0)),
+}
+
+Errand = Tuple[Dict[str, Waypoint], Tuple[int, int]]
+
+
+def errands(count: int, seed: int) -> List[Errand]:
+    """Where the robots start, and where the first one goes; headings 90 degrees apart, as in a mission."""
+    rng = np.random.default_rng(seed)
+
+    def place() -> Waypoint:
+        return Waypoint(tuple(rng.integers(2, 48, size=2).tolist()), float(0.3 + 0.5 * math.pi * rng.integers(4)))
+
+    return [({"one": place(), "other": place()}, place().column) for _ in range(count)]
+
+
+def request(occupied: BoolArray, shape: RobotShape, at: Dict[str, Waypoint], goal: Tuple[int, int]) -> PlanRequest:
+    """What the Commander would ask."""
+    mask_at = partial(shape.mask, SPEC)
+    robots = tuple(Robot(n, w.column, w.yaw_rad, mask_at(w.yaw_rad), mask_at=mask_at) for n, w in at.items())
+    wanted = Goal("place", GoalKind.TARGET, goal)
+    return PlanRequest(SPEC, without_robots(SPEC, occupied, robots), robots, {"place": wanted}, {"one": "place"})
+
+
+def carried_out(occupied: BoolArray, planner: YarmPlanner, shape: RobotShape, errand: Errand) -> Optional[List[float]]:
+    """Processor time of each plan of an errand, ms; None when it cannot be done."""
+    at, goal = dict(errand[0]), errand[1]
+    rng, taken = np.random.default_rng(0), []
+    for _ in range(STEPS):
+        ask = request(occupied, shape, at, goal)
+        began = time.thread_time()
+        plan = planner.plan(ask, rng)
+        taken.append(1e3 * (time.thread_time() - began))
+        if plan.status is not PlanStatus.SOLVED:
+            return None
+        at.update({name: entry.step for name, entry in plan.robots.items() if entry.step is not None})
+        if at["one"].column == goal:
+            return taken
+    return None
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--errands", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    data = np.load(MAP)
+    occupied = np.unpackbits(data["occupied"])[: math.prod(SPEC.shape)].reshape(SPEC.shape).astype(bool)
+    asked = errands(options.errands, options.seed)
+    planners = {kind: YarmPlanner(PlannerParams(turns_deg=turns)) for kind, (_, turns) in KINDS.items()}
+    taken = {kind: [carried_out(occupied, planners[kind], KINDS[kind][0], e) for e in asked] for kind in KINDS}
+    done = [i for i in range(len(asked)) if all(taken[kind][i] is not None for kind in KINDS)]
+    print(f"seed {options.seed}: {len(done)} of {len(asked)} errands done by both; processor time of a plan, ms")
+    print("| robots | plans | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |")
+    print("|---|---|---|---|---|---|---|---|")
+    for kind in KINDS:
+        ways = [way for way in (taken[kind][i] for i in done) if way is not None]
+        first, after = [way[0] for way in ways], [ms for way in ways for ms in way[1:]]
+        cells = [f"{np.percentile(ms, q):.1f}" for ms in (first, after, [sum(w) for w in ways]) for q in (50, 95)]
+        print(f"| {kind} | {len(first + after)} | " + " | ".join(cells) + " |")
+
+
+if __name__ == "__main__":
+    main()

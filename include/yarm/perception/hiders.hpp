@@ -1,0 +1,44 @@
+// Who hides a cell from the cameras.
+#pragma once
+
+#include "yarm/perception/occupancy.hpp"
+#include "yarm/perception/visibility.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace yarm::perception {
+
+/// Objects that have a bit of their own; all others share kOtherHiders.
+constexpr std::size_t kNamedHiders = 30;
+/// Bit of the objects from the 31st on.
+constexpr std::uint32_t kOtherHiders = 1U << 30;
+/// A camera that would see the cell, were nothing there, does not, and nobody on the map is the reason: it has no view
+/// or no reading, or what hides the cell is outside of the map.
+constexpr std::uint32_t kNoHider = 1U << 31;
+
+/// Finds who may hide each cell that no camera sees: whoever has a cell on the line from the middle of it to a camera,
+/// or one of the 26 neighbours of those. The pixels that a cell falls onto look past that line at less than a cell's
+/// distance, so whoever does hide it is among them; others may be, too. So is what is just behind it, within the
+/// readings' noise. Keeps its buffers: not thread safe.
+class HiderFinder {
+ public:
+  explicit HiderFinder(const GridSpec& spec);
+
+  /// Bit k of an entry is object k of the grid (kOtherHiders for those without a bit of their own); one entry for each
+  /// cell that is hidden or never seen, in their order; 0 for one that no camera would see anyway, which is not known
+  /// (kNoHider) while a camera has not had a view yet. Valid until the next call. O(cells + hidden cells * cameras).
+  const std::vector<std::uint32_t>& find(const OccupancyGrid& grid, const SeenCells& seen);
+
+ private:
+  void gatherOwners(const OccupancyGrid& grid);
+  void spread(std::size_t stride, std::size_t length);
+  [[nodiscard]] std::uint32_t along(const Cell& cell, const Eigen::Vector3d& camera) const;
+
+  GridSpec spec_;
+  std::vector<std::uint32_t> owners_;  // bits of who has a cell or is beside it
+  std::vector<std::uint32_t> spread_;
+  std::vector<std::uint32_t> found_;
+};
+
+}  // namespace yarm::perception

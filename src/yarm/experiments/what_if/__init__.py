@@ -1,0 +1,1 @@
+"""What if: the cell as it is, forked into many kinematic missions under alternatives."""

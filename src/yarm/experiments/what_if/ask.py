@@ -1,0 +1,173 @@
+"""Asks what if: alternatives from options, their runs through the studies' engine, and answers as they come."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
+
+import yaml
+
+from yarm.experiments.run.missions import experiment_command
+from yarm.experiments.study.runner import TrialKind, load_trials, run_trials
+from yarm.experiments.what_if.answer import answers, table
+from yarm.experiments.what_if.cell import Cell, Settings, WhatIfError
+from yarm.experiments.what_if.trial import ROBOTS, WhatIfResult, WhatIfSpec, params_of
+
+AS_IT_IS = "as it is"
+MOST_RUNS, MOST_ALTERNATIVES = 200, 24
+TOLD_EVERY_S = 2.0
+PHYSICS_OPTIONS = ("planner", "particles", "execution", "hidden", "removal")
+"""Settings that ``--physics`` knows: options of run_experiment of the same name."""
+Alternative = Tuple[str, Settings]
+
+
+def alternative(text: str) -> Alternative:
+    """One alternative from ``NAME=VALUE NAME=VALUE``; nothing is the cell as it is.
+
+    Raises:
+        WhatIfError: a word is not of that form, or a name stands twice.
+    """
+    pairs: List[Tuple[str, str]] = []
+    for word in text.split():
+        name, separator, value = word.partition("=")
+        if not separator or not name or not value:
+            raise WhatIfError(f"{word!r}: a setting is NAME=VALUE, such as planner=lacam")
+        if name in dict(pairs):
+            raise WhatIfError(f"{text!r}: {name} stands twice")
+        pairs.append((name, value))
+    return (" ".join(f"{name}={value}" for name, value in pairs) or AS_IT_IS), tuple(pairs)
+
+
+def combined(choices: Mapping[str, Sequence[str]]) -> List[Alternative]:
+    """The cell as it is, and every combination of the values that are asked for."""
+    asked = {name: values for name, values in choices.items() if values}
+    rows = itertools.product(*([(name, value) for value in values] for name, values in asked.items())) if asked else []
+    return [alternative(""), *(alternative(" ".join(f"{n}={v}" for n, v in row)) for row in rows)]
+
+
+def robot_numbers(text: str) -> List[str]:
+    """``2``, ``1,3`` or ``1..4`` as a list.
+
+    Raises:
+        WhatIfError: it is something else.
+    """
+    low, dots, high = text.partition("..")
+    parts = [low, high] if dots else text.split(",")
+    if not all(part.isdigit() for part in parts):
+        raise WhatIfError(f"--robots {text!r}: a number, numbers separated by commas, or FIRST..LAST")
+    return [str(n) for n in range(int(low), int(high) + 1)] if dots else parts
+
+
+def specs_of(
+    cell: Cell, alternatives: Sequence[Alternative], runs: int, seed: int, more: Mapping[str, Any]
+) -> List[WhatIfSpec]:
+    """What is to be run, the first run of every alternative first.
+
+    Raises:
+        WhatIfError: too much, too little, or faulty settings.
+    """
+    if not 1 <= runs <= MOST_RUNS:
+        raise WhatIfError(f"runs = {runs}: must be within 1 to {MOST_RUNS}")
+    if not 1 <= len(alternatives) <= MOST_ALTERNATIVES:
+        raise WhatIfError(f"{len(alternatives)} alternatives: must be within 1 to {MOST_ALTERNATIVES}")
+    if len({name for name, _ in alternatives}) < len(alternatives):
+        raise WhatIfError("an alternative stands twice: " + ", ".join(name for name, _ in alternatives))
+    if not cell.robots:
+        raise WhatIfError(f"{cell.source}: it has no mobile robots")
+    if not cell.goals and not cell.scene:
+        raise WhatIfError(f"{cell.source}: it has no debris and no target, so there is nothing to clear: ask when it has")
+    for _, settings in alternatives:
+        params_of(cell, settings)
+        if ROBOTS in dict(settings):
+            cell.with_robots(int(dict(settings)[ROBOTS]))
+    return [WhatIfSpec(cell, name, settings, seed + k, **more) for k in range(runs) for name, settings in alternatives]
+
+
+def ask(
+    specs: Sequence[WhatIfSpec],
+    kind: TrialKind[WhatIfSpec, WhatIfResult],
+    say: Callable[[str], None],
+    scheduler: str = "",
+    workers: int = 0,
+) -> List[WhatIfResult]:
+    """Run them all; the answers so far are told every two seconds, once every alternative has one.
+
+    Args:
+        specs: as ``specs_of`` gives them.
+        kind: kinematic or physics.
+        say: takes lines for a person.
+        scheduler: address of a Dask scheduler; empty for local processes.
+        workers: local processes; 0 for one a core, 1 for none but this.
+
+    Raises:
+        StudyError: runs raised.
+    """
+    names = list(dict.fromkeys(spec.name for spec in specs))
+    began = told = time.monotonic()
+    first = True
+    with tempfile.TemporaryDirectory(prefix="yarm-what-if-") as folder:
+
+        def on_progress(done: int, total: int, key: str) -> None:
+            nonlocal told, first
+            if done < len(names) or done == total or (not first and time.monotonic() - told < TOLD_EVERY_S):
+                return
+            found = answers(list(load_trials(kind, Path(folder), specs).values()), names)
+            if len(found) == len(names):
+                told, first = time.monotonic(), False
+                say(f"{done} of {total} runs after {told - began:.1f} s:\n{table(found)}\n")
+
+        count = workers or min(os.cpu_count() or 1, len(specs))
+        results = run_trials(kind, specs, Path(folder), scheduler, count, on_progress)
+    say(f"{len(specs)} runs in {time.monotonic() - began:.1f} s:\n{table(answers(results, names))}")
+    return results
+
+
+def physics() -> TrialKind[WhatIfSpec, WhatIfResult]:
+    """Runs in full physics, one after the other: each takes the machine."""
+    return TrialKind(run_physics, WhatIfResult.from_json)
+
+
+def check_physics(cell: Cell, alternatives: Sequence[Alternative]) -> None:
+    """Whether full physics can be asked.
+
+    Raises:
+        WhatIfError: it is about no scene, or a setting is none of run_experiment's.
+    """
+    if not cell.scene:
+        raise WhatIfError(f"--physics: {cell.source} is no scene that a seed lays out: ask with --case")
+    unknown = {name for _, settings in alternatives for name, _ in settings} - set(PHYSICS_OPTIONS)
+    if unknown:
+        raise WhatIfError(f"--physics: {', '.join(sorted(unknown))}: settings are {', '.join(PHYSICS_OPTIONS)}")
+
+
+def run_physics(spec: WhatIfSpec) -> WhatIfResult:
+    """One run of the whole system, in lock-step."""
+    with tempfile.TemporaryDirectory(prefix="yarm-what-if-") as results:
+        given = {"removal": params_of(spec.cell, spec.settings).removal, **dict(spec.settings)}
+        options = [word for name, value in given.items() for word in (f"--{name}", value)]
+        call = [*experiment_command(), "--case", spec.cell.scene, "--seed", str(spec.seed), "--results", results]
+        call += ["--limit", str(spec.limit_s), "--mode", "bounded" if spec.bounded else "boundless", *options]
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
+        found = sorted(Path(results).glob("*/*/summary.yaml"))
+        if not found:
+            raise RuntimeError(f"run_experiment left no results: {done.stderr[-500:]}")
+        summary: Dict[str, Any] = yaml.safe_load(found[0].read_text())
+    declared = [goal["declared_s"] for goal in summary["goals"].values() if goal["declared_s"] is not None]
+    lengths = [(pause["end_s"] or summary["sim_s"]) - pause["start_s"] for pause in summary["pauses"]]
+    gaps = [robot["min_clearance_m"] for robot in summary["robots"].values() if robot["min_clearance_m"] is not None]
+    return WhatIfResult(
+        spec,
+        bool(summary["success"]),
+        float(max(declared, default=0.0)) if summary["success"] else math.nan,
+        len(lengths),
+        float(sum(lengths)),
+        float(min(gaps, default=math.inf)),
+        int(summary["steps"]["refused"]),
+        tuple(summary["faults"]),
+    )

@@ -1,0 +1,1 @@
+"""The console node: what the server of ``yarm.console`` shows and asks of a running system."""

@@ -1,0 +1,146 @@
+"""``rosrun yarm what_if``: what would come of the cell under alternatives, from many runs on the kinematic world.
+
+    rosrun yarm what_if --robots 1..3                                  the live cell, as it is and with 1 to 3 robots
+    rosrun yarm what_if --case 2m1ma_bin --planner yarm,lacam --runs 20
+    rosrun yarm what_if --run results/2m1ma/3 --at 12.5 --set execution=continuous
+
+The cell as it is always stands beside the alternatives; every combination of what is asked for is one. Exit code: 0
+answered, 1 the question is wrong, 2 no live cell answers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Dict, List, Sequence
+
+from yarm.experiments.study.runner import StudyError
+from yarm.experiments.what_if.answer import answers, plot, table
+from yarm.experiments.what_if.ask import (
+    Alternative,
+    alternative,
+    ask,
+    check_physics,
+    combined,
+    physics,
+    robot_numbers,
+    specs_of,
+)
+from yarm.experiments.what_if.cell import Cell, WhatIfError, cell_of_case, cell_of_run
+from yarm.experiments.what_if.trial import ROBOTS, kinematic
+from yarm.records import RecordError, plain, read
+from yarm.ros.common.priority import set_priority
+from yarm.ros.experiment.live_cell import NoCellError, live_cell
+
+NICE = 19
+ANSWERED, WRONG, NO_CELL = 0, 1, 2
+
+
+def parser() -> argparse.ArgumentParser:
+    """Options."""
+    options = argparse.ArgumentParser(prog="what_if", description="What would come of the cell under alternatives.")
+    source = options.add_mutually_exclusive_group()
+    source.add_argument("--case", help="a shipped scene or a scene file; unless given the live cell")
+    source.add_argument("--run", type=Path, help="folder of a recorded run's results; the moment by --at")
+    source.add_argument("--cell", type=Path, help=argparse.SUPPRESS)
+    options.add_argument("--at", type=float, default=0.0, help="with --run: s since its mission began")
+    options.add_argument("--robots", default="", help="numbers of robots: 2, or 1,3, or 1..4")
+    options.add_argument("--planner", default="", help="planners, separated by commas")
+    options.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE[,VALUE...]",
+        help="a parameter of the Commander (docs/parameters.md), and its values",
+    )
+    options.add_argument("--alternative", action="append", default=[], help="one alternative: 'KEY=VALUE KEY=VALUE'")
+    options.add_argument("--runs", type=int, default=10, help="runs of each alternative")
+    options.add_argument("--seed", type=int, default=1, help="of the first run; the others follow it")
+    options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
+    options.add_argument("--limit", type=float, default=300.0, help="simulated seconds a mission may take")
+    options.add_argument("--physics", action="store_true", help="full physics, with --case; minutes a run")
+    options.add_argument("--scheduler", default="", help="address of a Dask scheduler; unless given local processes")
+    options.add_argument("--workers", type=int, default=0, help="local processes; 0: one a core")
+    options.add_argument("--results", type=Path, default=Path("results"), help="folder for what_if/")
+    options.add_argument("--answers", type=Path, help=argparse.SUPPRESS)
+    return options
+
+
+def main(argv: Sequence[str]) -> int:
+    """Ask, print, draw, and give the exit code."""
+    options = parser().parse_args(argv)
+    for line in set_priority(NICE):
+        sys.stderr.write(f"what_if runs without {line}\n")
+    try:
+        alternatives = _alternatives(options)
+        cell = _cell(options)
+        if options.physics:
+            check_physics(cell, alternatives)
+        more = {"bounded": options.mode == "bounded", "limit_s": options.limit}
+        specs = specs_of(cell, alternatives, options.runs, options.seed, more)
+    except WhatIfError as error:
+        sys.stderr.write(f"what_if: {error}\n")
+        return WRONG
+    except NoCellError as error:
+        sys.stderr.write(f"what_if: {error}\n")
+        return NO_CELL
+    _say(f"{cell.source}: {len(alternatives)} alternatives, {options.runs} runs each")
+    workers = 1 if options.physics else options.workers
+    try:
+        results = ask(specs, physics() if options.physics else kinematic(), _say, options.scheduler, workers)
+    except StudyError as error:
+        sys.stderr.write(f"what_if: {error}\n")
+        return WRONG
+    names = [name for name, _ in alternatives]
+    found = answers(results, names)
+    if options.answers is not None:
+        values = {"table": table(found), "answers": [plain(one) for one in found]}
+        options.answers.write_text(json.dumps(values))
+        return ANSWERED
+    folder = options.results.resolve() / "what_if"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "answer.txt").write_text(f"{cell.source}\n{table(found)}\n")
+    _say(f"drawn: {plot(results, names, folder / 'answer.png', cell.source)}")
+    return ANSWERED
+
+
+def _alternatives(options: argparse.Namespace) -> List[Alternative]:
+    choices: Dict[str, List[str]] = {}
+    if options.robots:
+        choices[ROBOTS] = robot_numbers(options.robots)
+    if options.planner:
+        choices["planner"] = options.planner.split(",")
+    for word in options.set:
+        name, separator, values = word.partition("=")
+        if not separator or not name or not values:
+            raise WhatIfError(f"--set {word!r}: must be KEY=VALUE or KEY=VALUE,VALUE")
+        choices[name] = [values] if values.startswith("[") else values.split(",")
+    if options.alternative and choices:
+        raise WhatIfError("--alternative says all of it: leave out --robots, --planner and --set, or it")
+    return [alternative(text) for text in options.alternative] if options.alternative else combined(choices)
+
+
+def _cell(options: argparse.Namespace) -> Cell:
+    """What is to be forked.
+
+    Raises:
+        WhatIfError: it cannot be.
+        NoCellError: no live cell answers.
+    """
+    if options.case is not None:
+        return cell_of_case(options.case)
+    if options.run is not None:
+        return cell_of_run(options.run, options.at)
+    if options.cell is not None:
+        try:
+            return read(Cell, json.loads(options.cell.read_text()))
+        except (OSError, ValueError, RecordError) as error:
+            raise WhatIfError(f"{options.cell}: no cell: {error}") from error
+    return live_cell()
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()

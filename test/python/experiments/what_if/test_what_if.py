@@ -1,0 +1,157 @@
+"""What if: forks of scenes, runs and live maps clear as the Commander clears, repeat by their seed, and compare."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import List
+
+import numpy as np
+import pytest
+
+from yarm.commander.params import CommanderParams
+from yarm.commander.states import State
+from yarm.experiments.what_if.answer import answers, plot, table
+from yarm.experiments.what_if.ask import alternative, ask, check_physics, combined, robot_numbers, specs_of
+from yarm.experiments.what_if.cell import Cell, Placed, WhatIfError, cell_of_case, cell_of_run
+from yarm.experiments.what_if.live import cell_of_map
+from yarm.experiments.what_if.trial import WhatIfResult, WhatIfSpec, kinematic, params_of, run_fork
+from yarm.experiments.what_if.world import Fork
+from yarm.records import plain, read
+from yarm.robots.hc10 import AT_ORIGIN, NAME
+
+LIMITS = {"bounded": False, "limit_s": 120.0}
+
+
+@pytest.fixture(name="cell", scope="module")
+def cell_fixture() -> Cell:
+    return cell_of_case("1m1ma")
+
+
+@pytest.fixture(name="results", scope="module")
+def results_fixture(cell: Cell) -> List[WhatIfResult]:
+    said: List[str] = []
+    specs = specs_of(cell, [alternative(""), alternative("robots=2 particles=100")], 2, 5, LIMITS)
+    found = ask(specs, kinematic(), said.append, workers=1)
+    assert "2 of 4 runs after" in said[0] and "as it is" in said[0], "the first answers come before the last run"
+    assert said[-1].startswith("4 runs in")
+    return found
+
+
+def test_a_fork_clears_and_its_arm_pauses_for_what_lies_near_it(results: List[WhatIfResult]) -> None:
+    assert [result.spec.name for result in results] == ["as it is", "robots=2 particles=100"] * 2
+    for result in results:
+        assert result.cleared and not result.reasons
+        assert 3.0 < result.clear_s < 60.0
+        assert result.pauses >= 1 and 0.0 < result.paused_s < 60.0
+        assert 0.05 < result.least_m < 0.5
+
+
+def test_the_same_seed_gives_the_same_run_and_another_one_another(results: List[WhatIfResult]) -> None:
+    assert run_fork(results[0].spec) == results[0]
+    assert results[2].clear_s != results[0].clear_s
+    assert WhatIfResult.from_json(json.loads(json.dumps(results[0].to_json()))) == results[0]
+
+
+def test_answers_stand_side_by_side_with_a_picture(results: List[WhatIfResult], tmp_path: Path) -> None:
+    names = ["as it is", "robots=2 particles=100"]
+    one, two = answers(results, names)
+    times = sorted(result.clear_s for result in results if result.spec.name == names[0])
+    assert (one.runs, one.cleared) == (2, 2)
+    assert times[0] < one.clear_p50_s < one.clear_p90_s < times[1]
+    assert one.least_clearance_m == min(r.least_m for r in results if r.spec.name == names[0])
+    failed = replace(results[0], cleared=False, clear_s=math.nan, refusals=3, reasons=("nobody can reach it",))
+    (mixed,) = answers([failed, failed, results[2]], names[:1])
+    assert (mixed.cleared, mixed.refusals, mixed.reasons) == (1, 6, ("2 x nobody can reach it",))
+    assert "as it is: 2 x nobody can reach it" in table([mixed, two])
+    assert plot(results, names, tmp_path / "answer.png", "a test").stat().st_size > 5000
+
+
+def test_a_hand_carries_to_the_bin_which_takes_its_time() -> None:
+    result = run_fork(WhatIfSpec(cell_of_case("1m1ma_bin"), "as it is", (), 3))
+    assert result.cleared, result.reasons
+    assert result.clear_s > 8.0
+
+
+def test_what_nobody_can_reach_is_told_with_the_reason(cell: Cell) -> None:
+    walls = tuple(Placed(f"wall_{k}", "Obstacle", 0.6, y, 0.5, 0.0, (4.0, 0.1, 1.0)) for k, y in enumerate((0.9, -0.9)))
+    robots = (Placed("ankurbot_1", "", 0.6, 1.9, 0.0, math.pi),)
+    shut = replace(cell, scene="", robots=robots, obstacles=walls)
+    fork = Fork(shut, replace(params_of(shut, ()), give_up_s=1.0), 0.3, np.random.default_rng(0))
+    assert "debris_1" in fork.run(State.BOUNDLESS, 20.0)
+    assert math.isfinite(fork.least_m)
+
+
+def test_a_live_map_is_forked_as_it_is(cell: Cell) -> None:
+    """What a fork's own map shows is forked again: robots, stations, pieces and boxes are where they were."""
+    box = Placed("crate", "Obstacle", 1.5, 0.5, 0.25, 0.0, (0.3, 0.3, 0.5))
+    first = replace(cell_of_case("1m1ma_bin"), obstacles=(box,))
+    fork = Fork(first, CommanderParams(), 0.3, np.random.default_rng(0))
+    again = cell_of_map(fork._map(), {NAME: AT_ORIGIN}, (("removal", "bin"),))
+    assert [robot.name for robot in again.robots] == [robot.name for robot in first.robots]
+    for now, then in zip(again.robots, first.robots):
+        assert (now.x, now.y, now.yaw_rad) == pytest.approx((then.x, then.y, then.yaw_rad))
+    assert {f.name: f.kind for f in again.fixtures} == {f.name: f.kind for f in first.fixtures}
+    assert [(g.name, round(g.x, 1), round(g.y, 1)) for g in again.goals] == [
+        (g.name, round(g.x, 1), round(g.y, 1)) for g in first.goals
+    ]
+    (crate,) = again.obstacles
+    assert abs(crate.x - box.x) < 0.1 and abs(crate.y - box.y) < 0.1 and crate.size[0] >= 0.3
+    assert read(Cell, json.loads(json.dumps(plain(again)))) == again
+
+
+def test_robots_are_taken_away_or_added_where_there_is_room(cell: Cell) -> None:
+    assert len(cell.with_robots(3).robots) == 3
+    assert len(cell_of_case("3m").with_robots(1).robots) == 1
+    for count in (0, 5):
+        with pytest.raises(WhatIfError, match="must be within 1 to 4"):
+            cell.with_robots(count)
+
+
+def test_every_combination_is_an_alternative_beside_the_cell_as_it_is() -> None:
+    named = [name for name, _ in combined({"robots": robot_numbers("1..2"), "planner": ["yarm", "lacam"]})]
+    assert named == ["as it is"] + [f"robots={r} planner={p}" for r in (1, 2) for p in ("yarm", "lacam")]
+    assert robot_numbers("1,3") == ["1", "3"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ("planner=nonsense", "planner = 'nonsense'"),
+        ("speed=3", "speed: unknown parameter"),
+        ("particles=1 pause_distance_m=-1", "particles = 1.*pause_distance_m = -1"),
+        ("removal=bin", "the cell has no bins"),
+        ("hidden=occupied seed=3", "no cameras.*each run has its own"),
+        ("robots=two", "robots = 'two'"),
+        ("robots=9", "robots = 9: must be within 1 to 4"),
+        ("planner", "a setting is NAME=VALUE"),
+        ("planner=yarm planner=lacam", "planner stands twice"),
+    ],
+)
+def test_a_faulty_setting_is_refused_with_what_is_allowed(cell: Cell, settings: str, words: str) -> None:
+    with pytest.raises(WhatIfError, match=words):
+        specs_of(cell, [alternative(settings)], 1, 1, LIMITS)
+
+
+def test_faulty_questions_are_refused(cell: Cell, tmp_path: Path) -> None:
+    for runs in (0, 201):
+        with pytest.raises(WhatIfError, match="must be within 1 to 200"):
+            specs_of(cell, [alternative("")], runs, 1, LIMITS)
+    with pytest.raises(WhatIfError, match="stands twice"):
+        specs_of(cell, [alternative(""), alternative("")], 1, 1, LIMITS)
+    with pytest.raises(WhatIfError, match="no mobile robots"):
+        specs_of(replace(cell, robots=()), [alternative("")], 1, 1, LIMITS)
+    with pytest.raises(WhatIfError, match="nothing to clear"):
+        specs_of(replace(cell, goals=(), scene=""), [alternative("")], 1, 1, LIMITS)
+    with pytest.raises(WhatIfError, match="no such scene"):
+        cell_of_case("nowhere")
+    with pytest.raises(WhatIfError, match="no results of a mission"):
+        cell_of_run(tmp_path, 1.0)
+    with pytest.raises(WhatIfError, match="or FIRST"):
+        robot_numbers("many")
+    with pytest.raises(WhatIfError, match="ask with --case"):
+        check_physics(replace(cell, scene=""), [alternative("")])
+    with pytest.raises(WhatIfError, match="robots: settings are planner"):
+        check_physics(cell, [alternative("robots=2")])

@@ -1,0 +1,28 @@
+"""The service commander/what_if without a cell beside it: a map is forked by a process of its own, and answered."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from yarm.srv import WhatIfRequest
+
+from yarm.commander.params import CommanderParams
+from yarm.experiments.what_if.cell import cell_of_case
+from yarm.experiments.what_if.world import Fork
+from yarm.ros.commander.what_if import answered
+
+
+def test_a_map_is_forked_and_answered_and_a_faulty_question_is_refused_at_once() -> None:
+    cell = replace(cell_of_case("single"), scene="")
+    cell_map = Fork(cell, CommanderParams(), 0.0, np.random.default_rng(0))._map()
+    answer = answered(WhatIfRequest(runs=1, seed=1), cell_map, (), CommanderParams())
+    assert answer.success, answer.message
+    (one,) = answer.answers
+    assert (one.name, one.runs, one.cleared, list(one.reasons)) == ("as it is", 1, 1, [])
+    assert 3.0 < one.clear_p50_s < 60.0 and one.least_clearance_m > 0.05
+    assert "as it is" in answer.message
+    wrong = answered(WhatIfRequest(["particles=1", "robots=9"], 500, 1), cell_map, (), CommanderParams())
+    assert not wrong.success and "must be within 1 to 200" in wrong.message
+    nothing = answered(WhatIfRequest(), None, (), CommanderParams())
+    assert "nothing is known of the cell" in nothing.message
