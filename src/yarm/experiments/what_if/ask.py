@@ -81,7 +81,9 @@ def specs_of(
     if not cell.robots:
         raise WhatIfError(f"{cell.source}: it has no mobile robots")
     if not cell.goals and not cell.scene:
-        raise WhatIfError(f"{cell.source}: it has no debris and no target, so there is nothing to clear: ask when it has")
+        raise WhatIfError(
+            f"{cell.source}: it has no debris and no target, so there is nothing to clear: ask when it has"
+        )
     for _, settings in alternatives:
         params_of(cell, settings)
         if ROBOTS in dict(settings):
