@@ -4,6 +4,8 @@
 yarm_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export PATH="$yarm_root/.venv/bin:/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
 unset PYTHONHOME
+# Every node compiles all its sources anew where this is set, as containers often have it: half of what a start takes.
+unset PYTHONDONTWRITEBYTECODE
 export ROS_HOSTNAME=localhost
 export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
 yarm_devel="${YARM_BUILD:+$YARM_BUILD/devel}"

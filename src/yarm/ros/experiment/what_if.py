@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Dict, List, Sequence
 
 from yarm.experiments.study.runner import StudyError
-from yarm.experiments.what_if.answer import answers, plot, table
+from yarm.experiments.what_if.answer import answers, table
 from yarm.experiments.what_if.ask import (
     Alternative,
     alternative,
@@ -29,6 +29,7 @@ from yarm.experiments.what_if.ask import (
     specs_of,
 )
 from yarm.experiments.what_if.cell import Cell, WhatIfError, cell_of_case, cell_of_run
+from yarm.experiments.what_if.picture import plot
 from yarm.experiments.what_if.trial import ROBOTS, kinematic
 from yarm.records import RecordError, plain, read
 from yarm.ros.common.priority import set_priority

@@ -13,10 +13,11 @@ import pytest
 
 from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
-from yarm.experiments.what_if.answer import answers, plot, table
+from yarm.experiments.what_if.answer import answers, table
 from yarm.experiments.what_if.ask import alternative, ask, check_physics, combined, robot_numbers, specs_of
 from yarm.experiments.what_if.cell import Cell, Placed, WhatIfError, cell_of_case, cell_of_run
 from yarm.experiments.what_if.live import cell_of_map
+from yarm.experiments.what_if.picture import plot
 from yarm.experiments.what_if.trial import WhatIfResult, WhatIfSpec, kinematic, params_of, run_fork
 from yarm.experiments.what_if.world import Fork
 from yarm.records import plain, read
