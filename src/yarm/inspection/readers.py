@@ -10,7 +10,7 @@ from yarm.geometry.scans import Scan
 from yarm.inspection.boxes import Box
 from yarm.inspection.model import OURS, PRINTED, UNSEEN, Reading
 from yarm.inspection.reading import face_view, predicted_deg, reading_of, stands
-from yarm.tags.evidence import BoxEvidence, TagVerdict
+from yarm.tags.evidence import ACCEPTING, BoxEvidence, TagVerdict
 from yarm.tags.motifs import GreyImage
 from yarm.tags.printed import printed_verdict, row_of
 from yarm.tags.recogniser import Look, Recogniser
@@ -74,10 +74,11 @@ class Reader(Protocol):
 class OurReader:
     """Ours: only what lies where the box must be, until it is sure."""
 
-    def __init__(self, boxes: Sequence[Box], recogniser: Recogniser) -> None:
-        """Nothing seen."""
+    def __init__(self, boxes: Sequence[Box], recogniser: Recogniser, sure: float = ACCEPTING) -> None:
+        """Nothing seen; a look ends at this probability."""
         self._boxes = {box.number: box for box in boxes}
         self._recogniser = recogniser
+        self._sure = sure
         self._evidence: Dict[int, BoxEvidence] = {}
 
     def read(self, box: int, shot: Shot) -> PictureRead:
@@ -85,7 +86,7 @@ class OurReader:
         there = None if shot.scan is None else stands(shot.scan, shot.robot, self._boxes[box])
         view = face_view(shot.robot, self._boxes[box], list(self._boxes.values()), there)
         look = self._recogniser.look(shot.picture, view)
-        evidence = self._evidence.setdefault(box, BoxEvidence(box))
+        evidence = self._evidence.setdefault(box, BoxEvidence(box, self._sure))
         evidence.add(look, shot.robot)
         return PictureRead(box, shot, look, (), evidence.verdict().final, look.reason)
 
@@ -145,10 +146,12 @@ class PrintedReader(ReportReader):
         return Reading(UNSEEN) if verdict.tag is None else Reading(verdict.tag + 1, 1.0)
 
 
-def make_reader(controller: str, boxes: Sequence[Box], tags: Mapping[int, GreyImage]) -> Reader:
-    """The reader that goes with a controller."""
+def make_reader(
+    controller: str, boxes: Sequence[Box], tags: Mapping[int, GreyImage], sure: float = ACCEPTING
+) -> Reader:
+    """The reader that goes with a controller; ours ends a look at the probability ``sure``."""
     if controller == OURS:
-        return OurReader(boxes, Recogniser(tags))
+        return OurReader(boxes, Recogniser(tags), sure)
     if controller == PRINTED:
         return PrintedReader(boxes, ReportRecogniser(tags, crop=False))
     return ReportReader(boxes, ReportRecogniser(tags))

@@ -25,6 +25,7 @@ from yarm.inspection.times import DriveTimes
 from yarm.inspection.tour_plan import Budget, Chance, Lengths, Plan, Planner, roomy
 from yarm.inspection.viewpoints import Gap, Viewpoint
 from yarm.params import param
+from yarm.tags.evidence import ACCEPTING
 
 CHECK_S = 1.0
 IN_HAND_WORTH = 0.01
@@ -39,7 +40,7 @@ class RoundParams:
     margin_s: float = param(10.0, "s", "of that kept in hand", low=0.0, high=600.0)
     turn_rate: float = param(0.6, "rad/s", "of the turns that localise", low=0.05, high=3.0)
     turns: int = param(2, "", "turns after which it asks for a pose instead", low=1, high=10)
-    sure: float = param(0.999, "", "probability at which looking ends", low=0.5, high=1.0)
+    sure: float = param(ACCEPTING, "", "probability at which looking ends", low=0.5, high=1.0)
     doubtful: float = param(0.95, "", "below this a box is looked at again from elsewhere", low=0.5, high=1.0)
     views: int = param(3, "", "views of a box at most", low=1, high=20)
     images: int = param(5, "", "of a view at most", low=1, high=100)

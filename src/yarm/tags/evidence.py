@@ -31,6 +31,7 @@ class TagVerdict:
         images: images looked at.
         places: different places they were taken from, of those that could be judged.
         reason: why there is no answer, or that it is not sure yet; empty when it is final.
+        accepting: probability from which on it is final.
     """
 
     box: int
@@ -42,11 +43,12 @@ class TagVerdict:
     images: int
     places: int
     reason: str
+    accepting: float = ACCEPTING
 
     @property
     def final(self) -> bool:
         """Whether no further look is needed."""
-        return self.answer is not None and self.probability >= ACCEPTING
+        return self.answer is not None and self.probability >= self.accepting
 
     @property
     def text(self) -> str:
@@ -63,9 +65,10 @@ class BoxEvidence:
     robot weigh as much as one; the sums of different places are added.
     """
 
-    def __init__(self, box: int) -> None:
-        """Nothing has been seen."""
+    def __init__(self, box: int, accepting: float = ACCEPTING) -> None:
+        """Nothing has been seen of a box; its verdict is to be final from this probability on."""
         self.box = box
+        self._accepting = accepting
         self._places: List[Tuple[Pose2, List[Look]]] = []
         self._looks: List[Look] = []
 
@@ -91,10 +94,10 @@ class BoxEvidence:
         scores = self._scores()
         answer = max(scores, key=lambda a: scores[a])
         probability = scores[answer]
-        sure = probability >= ACCEPTING
-        reason = "" if sure else f"probability {probability:.4f}, final from {ACCEPTING}: look from another place"
-        images, places = len(self._looks), len(self._places)
-        return TagVerdict(self.box, answer, probability, scores, finding, measured, images, places, reason)
+        sure, final = probability >= self._accepting, f"final from {self._accepting:g}"
+        reason = "" if sure else f"probability {probability:.4f}, {final}: look from another place"
+        seen = (len(self._looks), len(self._places))
+        return TagVerdict(self.box, answer, probability, scores, finding, measured, *seen, reason, self._accepting)
 
     def _scores(self) -> Dict[int, float]:
         sums: Dict[int, float] = {}

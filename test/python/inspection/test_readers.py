@@ -26,6 +26,21 @@ def test_ours_is_final_with_evidence() -> None:
     assert evidence is not None and evidence.answer == reader.reading(BOX).tag == LAYOUT.tags[BOX - 1]
 
 
+def test_a_look_ends_at_the_probability_that_is_asked_for() -> None:
+    """A look that is final for who asks for a little less than it knows is not for who asks for more."""
+    aside = PLACE.compose(Pose2(0.0, 0.0, 0.35))
+    shot = Shot(Camera(LAYOUT, 1).picture(aside), aside)
+    reader = make_reader(OURS, boxes_of(LAYOUT), TAGS)
+    reader.read(BOX, shot)
+    known = reader.reading(BOX).probability
+    assert 0.5 < known < 1.0
+    for sure, final in ((0.999 * known, True), (0.5 + 0.5 * known, False)):
+        asked = make_reader(OURS, boxes_of(LAYOUT), TAGS, sure)
+        assert asked.read(BOX, shot).final is final, sure
+        evidence = asked.evidence(BOX)
+        assert evidence is not None and evidence.final is final and (evidence.reason == "") is final
+
+
 def test_a_picture_of_something_else_says_why_it_is_of_no_use() -> None:
     reader = make_reader("yarm", boxes_of(LAYOUT), TAGS)
     away = PLACE.compose(Pose2(0.0, 0.0, 3.0))

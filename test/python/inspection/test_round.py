@@ -95,6 +95,15 @@ def test_ten_of_ten_and_home(seed: int) -> None:
     assert sorted((v.box, v.reading.tag) for v in world.tour.verdicts) == [(n, n) for n in range(1, 11)]
 
 
+@pytest.mark.parametrize("count", [1, 17])
+def test_one_box_and_more_than_are_ordered_exactly_are_all_read(count: int) -> None:
+    boxes = [Box(i + 1, Pose2(2.0 * (i % 5), 2.0 * (i // 5) + 1.0, 0.7 * i)) for i in range(count)]
+    world = World(Round(boxes, straight, likely))
+    end = world.run()
+    assert end.stage == Stage.DONE and world.pose == world.tour.home and world.now_s < 300.0
+    assert sorted((v.box, v.reading.tag) for v in world.tour.verdicts) == [(box.number, box.number) for box in boxes]
+
+
 @pytest.mark.parametrize("limit_s", [60.0, 80.0, 100.0])
 @pytest.mark.parametrize("seed", range(6))
 def test_it_is_home_in_time_and_names_what_it_left_out(limit_s: float, seed: int) -> None:

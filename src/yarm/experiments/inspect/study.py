@@ -15,6 +15,7 @@ from yarm.experiments.inspect.rule_figures import write_angles, write_edge_cases
 from yarm.experiments.inspect.runner import parameters_of, run_round
 from yarm.experiments.inspect.trial import KINEMATIC, NUMBERS, PHYSICS, InspectResult, InspectSpec
 from yarm.experiments.inspect.trials import FAULT_TRIALS, INSPECT_TRIALS
+from yarm.experiments.inspect.viewpoint_figure import write_viewpoints
 from yarm.experiments.inspect.writers import run_folder, write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.run.versions import package_versions
@@ -191,6 +192,7 @@ def practice(folder: Path) -> List[str]:
         write_inspection(record, layout.arena, run, parameters_of(info.controller), package_versions())
     return [
         write_practice(records, layout.arena, folder),
+        write_viewpoints(records[0].boxes, layout.arena, folder),
         write_orders(records[0].boxes, folder),
         write_searches(folder),
     ]

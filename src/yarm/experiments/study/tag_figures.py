@@ -200,29 +200,33 @@ def _histogram(axis: Any, indicator: Indicator, right: Sequence[float], wrong: S
     axis.legend(fontsize="small")
 
 
-def right_by_report(recogniser: ReportRecogniser, views: Sequence[TagView]) -> Tuple[Proportion, List[float]]:
-    """Views in which the right tag alone survives, and the processor time of each, s."""
+def right_by_report(
+    recogniser: ReportRecogniser, views: Sequence[TagView], coloured: bool = False
+) -> Tuple[Proportion, List[float]]:
+    """Views in which the right tag alone survives, and the processor time of each, s; of pictures grey or coloured."""
     hits, seconds = 0, []
     for view in views:
         frame, _, _ = staged(view)
+        picture = frame.rgb if coloured else frame.grey
         began = process_time()
-        sightings = recogniser.look(frame.grey)
+        sightings = recogniser.look(picture)
         seconds.append(process_time() - began)
         hits += [s.tag for s in sightings if not s.rejection] == [view.truth]
     return Proportion(hits, len(views)), seconds
 
 
 def plot_crop(folder: Path, count: int = CROP_VIEWS) -> Path:
-    """The report's recognition with and without its crop, at boxes that stand alone and between two others."""
+    """The report's recognition with and without its crop, grey and coloured, at boxes alone and between two others."""
     rows, bars = [], []
     for neighbours in (0, 2):
         views = tag_views_from(500, count, neighbours=neighbours, hidden=0.0, distance_m=0.6, angle_deg=15.0)
-        for crop in (False, True):
-            share, seconds = right_by_report(report_recogniser(crop), views)
-            name = f"{'clustered' if neighbours else 'alone'}, {'crop' if crop else 'whole'}"
-            bars.append((name, share, percentile(seconds, 50)))
-            rows.append([neighbours, int(crop), share.hits, share.trials, f"{1000 * percentile(seconds, 50):.1f}"])
-    write_rows(folder / "tag_crop.csv", ["neighbours", "crop", "right", "views", "median_ms"], rows)
+        for crop, coloured in ((False, False), (True, False), (True, True)):
+            share, seconds = right_by_report(report_recogniser(crop), views, coloured)
+            name = f"{'clustered' if neighbours else 'alone'}\n{'crop' if crop else 'whole'}"
+            bars.append((f"{name}, colour" if coloured else name, share, percentile(seconds, 50)))
+            cells = [share.hits, share.trials, f"{1000 * percentile(seconds, 50):.1f}"]
+            rows.append([neighbours, int(crop), int(coloured), *cells])
+    write_rows(folder / "tag_crop.csv", ["neighbours", "crop", "coloured", "right", "views", "median_ms"], rows)
     return _bars(bars, folder / "tag_crop.png")
 
 

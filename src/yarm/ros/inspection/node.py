@@ -160,7 +160,7 @@ class InspectorNode:
 
     def _make(self) -> Tuple[RoundFlow, Reader]:
         boxes, controller = self._given.boxes, self._params.controller
-        self._reader = make_reader(controller, boxes, self._given.tags)
+        self._reader = make_reader(controller, boxes, self._given.tags, self._given.params.sure)
         if controller == OURS:
             chance = chances(boxes, LookChance())
             self._round = Round(boxes, self._known.lengths, chance, self._params.round, self._known.gap)

@@ -20,6 +20,7 @@ from yarm.experiments.inspect.rule_figures import drawn_pair, sightings_of, writ
 from yarm.experiments.inspect.runner import run_round
 from yarm.experiments.inspect.switches import FAULTS, FAULTS_IN_PHYSICS, PLAIN
 from yarm.experiments.inspect.trial import KINEMATIC, PHYSICS
+from yarm.experiments.inspect.viewpoint_figure import write_viewpoints
 from yarm.inspection.tour import brute_force_tour, exact_tour, greedy_tour
 from yarm.sim.scenes.layout_file import find_layout
 
@@ -48,6 +49,18 @@ def test_the_published_result_stands_beside_ours_line_by_line(tmp_path: Path) ->
     assert by_box["7"]["report: read"] == "5 (duplicate)" and by_box["7"]["yarm: place, s"] == "7, 2"
     assert by_box["6"]["report: read"] == "-" and by_box[""]["published"] == "about 360"
     assert "| 8 | blank | - | - | blank |" in text and (tmp_path / "inspect_practice.png").stat().st_size > 10_000
+
+
+def test_viewpoints_of_the_practice_world_are_written_for_both_depths(tmp_path: Path) -> None:
+    text = write_viewpoints(boxes_of(PRACTICE), PRACTICE.arena, tmp_path)
+    rows = rows_of(tmp_path / "inspect_viewpoints.csv")
+    assert [row["box"] for row in rows] == [str(number) for number in range(1, 11)] * 2 and text.count("| 0.32 |") == 10
+    turned = {(row["depth_m"], row["box"]): float(row["angle_deg"]) for row in rows if row["angle_deg"] != "0"}
+    shallow, deep = {"5": -30.0, "10": 30.0}, {"2": 30.0, "5": -30.0, "9": -30.0, "10": 30.0}
+    assert {box: angle for (depth, box), angle in turned.items() if depth == "0.16"} == shallow
+    assert {box: angle for (depth, box), angle in turned.items() if depth == "0.32"} == deep
+    assert {row["distance_m"] for row in rows} == {"0.5"} and all(float(row["room_m"]) >= 0.0 for row in rows)
+    assert (tmp_path / "inspect_viewpoints.png").stat().st_size > 10_000
 
 
 def test_lengths_of_the_practice_world() -> None:
