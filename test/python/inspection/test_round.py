@@ -97,8 +97,9 @@ def test_ten_of_ten_and_home(seed: int) -> None:
 
 @pytest.mark.parametrize("count", [1, 17])
 def test_one_box_and_more_than_are_ordered_exactly_are_all_read(count: int) -> None:
+    """From straight ahead alone, for the sake of time."""
     boxes = [Box(i + 1, Pose2(2.0 * (i % 5), 2.0 * (i // 5) + 1.0, 0.7 * i)) for i in range(count)]
-    world = World(Round(boxes, straight, likely))
+    world = World(Round(boxes, straight, lambda box, view: 0.97 if view.angle_deg == 0.0 else 0.0))
     end = world.run()
     assert end.stage == Stage.DONE and world.pose == world.tour.home and world.now_s < 300.0
     assert sorted((v.box, v.reading.tag) for v in world.tour.verdicts) == [(box.number, box.number) for box in boxes]

@@ -207,7 +207,7 @@ def right_by_report(
     hits, seconds = 0, []
     for view in views:
         frame, _, _ = staged(view)
-        picture = frame.rgb if coloured else frame.grey
+        picture = frame.rgb() if coloured else frame.grey
         began = process_time()
         sightings = recogniser.look(picture)
         seconds.append(process_time() - began)

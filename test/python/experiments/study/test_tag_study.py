@@ -13,7 +13,7 @@ from yarm.experiments.study import tag_reproduce
 from yarm.experiments.study.reproduce import parser
 from yarm.experiments.study.runner import StudyError, load_trials
 from yarm.experiments.study.tag_calibration import bins_of, expected_error, fitted, fitted_chance, write_calibration
-from yarm.experiments.study.tag_figures import plot_proof, plot_spread, plot_tags, roc, tag_views_from
+from yarm.experiments.study.tag_figures import plot_crop, plot_proof, plot_spread, plot_tags, roc, tag_views_from
 from yarm.experiments.study.tag_report import confusion, is_clear, report_views, summarise_views
 from yarm.experiments.study.tag_study import PIECE, PIECES, Piece, pieces, run_views
 from yarm.experiments.study.tag_views import TagView, ViewResult, drawn, looked, staged
@@ -164,6 +164,9 @@ def test_every_table_and_figure_is_written(tmp_path: Path) -> None:
     assert plot_spread(tmp_path, 3).is_file()
     assert plot_proof(tmp_path).is_file()
     assert plot_tags(tmp_path).is_file()
+    assert plot_crop(tmp_path, 1).is_file()
+    rows = [line.split(",")[:3] for line in (tmp_path / "tag_crop.csv").read_text().splitlines()[1:]]
+    assert rows == [[alone, *how] for alone in "02" for how in (("0", "0"), ("1", "0"), ("1", "1"))]
 
 
 def test_the_curve_of_a_perfect_measure_has_area_one() -> None:
