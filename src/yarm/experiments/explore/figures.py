@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import Any, Dict, List, Sequence
 
 import numpy as np
 
+from yarm.experiments.explore.ablation import write_ablation
+from yarm.experiments.explore.figure_parts import box_figure, number_text, write_csv
 from yarm.experiments.explore.pictures import draw_run, title_of
 from yarm.experiments.explore.record import ExploreRecord
 from yarm.experiments.explore.study import (
     TABLE_HEADER,
     by_variant,
-    median,
     starts_in_contact,
     table_rows,
     targets,
@@ -22,7 +22,6 @@ from yarm.experiments.explore.study import (
 from yarm.experiments.explore.trial import CURVE_STEP_S, ExploreResult, judge_of
 from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.experiments.run.tables import markdown_table
-from yarm.experiments.statistics import percentile
 
 TARGET_HEADER = ("target", "measured", "met")
 BUMP_TICKS = (0, 1, 2, 5, 10, 20, 50, 100, 200)
@@ -38,13 +37,13 @@ def write_study(results: Sequence[ExploreResult], ablation: Sequence[ExploreResu
     asked = [(t.text, t.measured, "yes" if t.met else "NO") for t in targets(results)]
     goals = markdown_table(TARGET_HEADER, asked)
     (folder / "explore_table.md").write_text(f"{table}\n\n{goals}\n")
-    _write(folder / "explore_table.csv", TABLE_HEADER, table_rows(results))
+    write_csv(folder / "explore_table.csv", TABLE_HEADER, table_rows(results))
     plot_coverage(results, folder)
     plot_faults(results, folder)
     plot_contact_starts(results, folder)
-    if ablation:
-        plot_ablation(results, ablation, folder)
-    return f"{table}\n\n{goals}"
+    if not ablation:
+        return f"{table}\n\n{goals}"
+    return f"{table}\n\n{goals}\n\n{write_ablation(results, ablation, folder)}"
 
 
 def write_trials(results: Sequence[ExploreResult], path: Path) -> None:
@@ -62,7 +61,7 @@ def write_trials(results: Sequence[ExploreResult], path: Path) -> None:
         row += [f"{m.wall.mean_m:.4f}", f"{m.wall.p95_m:.4f}", m.tall.count, m.tall.detected]
         row += [m.low.count, m.low.detected, m.low.untouched, r.freed_s]
         rows.append([*row, f"{m.step_p50_ms:.2f}", f"{m.step_p99_ms:.2f}", r.reason])
-    _write(path, header, rows)
+    write_csv(path, header, rows)
 
 
 def plot_final_maps(records: Sequence[ExploreRecord], path: Path) -> Path:
@@ -73,7 +72,7 @@ def plot_final_maps(records: Sequence[ExploreRecord], path: Path) -> Path:
         share = record.coverage[-1].share if record.coverage else math.nan
         axis.set_title(f"{title_of(record)}: {100 * share:.1f} % at {record.end_s:.0f} s", fontsize="medium")
     rows = [row for record in records for row in _drawn_rows(record)]
-    _write(path.with_suffix(".csv"), ("controller", "what", "t_s", "x", "y"), rows)
+    write_csv(path.with_suffix(".csv"), ("controller", "what", "t_s", "x", "y"), rows)
     return save_figure(figure, path)
 
 
@@ -102,25 +101,8 @@ def plot_coverage(results: Sequence[ExploreResult], folder: Path) -> Path:
     axis.set(xlabel="time, s", ylabel="share of the mappable area, %", ylim=(0, 101), xlim=(0, None))
     axis.grid(True, alpha=0.3)
     axis.legend(fontsize="small", loc="lower right")
-    _write(folder / "explore_coverage.csv", ("controller", "t_s", "quartile_1", "median", "quartile_3"), rows)
+    write_csv(folder / "explore_coverage.csv", ("controller", "t_s", "quartile_1", "median", "quartile_3"), rows)
     return save_figure(figure, folder / "explore_coverage.png")
-
-
-def plot_ablation(results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], folder: Path) -> Path:
-    """Figure 5: `report` with each behaviour off, in the same arenas as the whole of it."""
-    arenas = {result.spec.arena for result in ablation}
-    whole = [r for r in results if r.spec.variant == "report" and r.spec.arena in arenas]
-    groups = {**({"report": whole} if whole else {}), **by_variant(ablation)}
-    shares = {name: [100.0 * r.measures.share for r in group] for name, group in groups.items()}
-    _box_figure(shares, "share at the end, %", folder / "explore_ablation.png")
-    rows = []
-    for name, group in groups.items():
-        low, middle, high = (percentile(shares[name], percent) for percent in (25, 50, 75))
-        time, bumps = median([r.measures.times[1] for r in group]), np.mean([r.measures.bumps for r in group])
-        rows.append((name, len(group), *(f"{v:.2f}" for v in (middle, low, high)), _number(time), f"{bumps:.2f}"))
-    header = ("variant", "runs", "share_median", "share_quartile_1", "share_quartile_3", "median_t95_s", "bumps_mean")
-    _write(folder / "explore_ablation.csv", header, rows)
-    return folder / "explore_ablation.png"
 
 
 def plot_faults(results: Sequence[ExploreResult], folder: Path) -> Path:
@@ -155,7 +137,7 @@ def plot_faults(results: Sequence[ExploreResult], folder: Path) -> Path:
         (arena, f"{a.share:.4f}", f"{b.share:.4f}", a.bumps, b.bumps, f"{a.turning_rad:.0f}", f"{b.turning_rad:.0f}")
         for arena, a, b in pairs
     ]
-    _write(folder / "explore_faults.csv", header, rows)
+    write_csv(folder / "explore_faults.csv", header, rows)
     return save_figure(figure, folder / "explore_faults.png")
 
 
@@ -164,40 +146,14 @@ def plot_contact_starts(results: Sequence[ExploreResult], folder: Path) -> Path:
     touching = [result for result in results if starts_in_contact(result.spec.arena)]
     header = ("arena", "controller", "freed", "freed_s", "share")
     rows = [
-        (r.spec.arena, r.spec.variant, int(math.isfinite(r.freed_s)), _number(r.freed_s), f"{r.measures.share:.4f}")
+        (r.spec.arena, r.spec.variant, int(math.isfinite(r.freed_s)), number_text(r.freed_s), f"{r.measures.share:.4f}")
         for r in touching
     ]
-    _write(folder / "explore_contact_starts.csv", header, rows)
+    write_csv(folder / "explore_contact_starts.csv", header, rows)
     freed = {
         f"{name}\n{sum(math.isfinite(r.freed_s) for r in group)} of {len(group)}": [
             r.freed_s for r in group if math.isfinite(r.freed_s)
         ]
         for name, group in by_variant(touching).items()
     }
-    return _box_figure(freed, "time until 0.3 m away, s", folder / "explore_contact_starts.png")
-
-
-def _box_figure(groups: Dict[str, List[float]], label: str, path: Path) -> Path:
-    figure, axes = new_figure(max(5.0, 1.5 * len(groups)), 4.4)
-    axis = axes[0]
-    for i, (name, values) in enumerate(groups.items()):
-        if values:
-            axis.boxplot([values], positions=[i], widths=0.5, showfliers=False)
-        spread = 0.12 * np.sin(np.arange(len(values)) * 2.4)
-        axis.plot(i + spread, values, "o", ms=3, alpha=0.5, color="tab:blue", label=name)
-    axis.set_xticks(range(len(groups)))
-    axis.set_xticklabels([name.replace(" without ", "\nwithout ") for name in groups], fontsize="small")
-    axis.set(ylabel=label, xlim=(-0.6, max(1, len(groups)) - 0.4))
-    axis.grid(True, axis="y", alpha=0.3)
-    return save_figure(figure, path)
-
-
-def _number(value: float) -> str:
-    return f"{value:.1f}" if math.isfinite(value) else ""
-
-
-def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    with path.open("w", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(header)
-        writer.writerows(rows)
+    return box_figure(freed, "time until 0.3 m away, s", folder / "explore_contact_starts.png")
