@@ -17,7 +17,16 @@ WHOLE, UNGUIDED = "report", "report without frontier"
 EVERY_KIND = "all"
 HALF = 0.5
 """The report holds that frontiers pay only once so much is mapped."""
-FIELDS = ("variant", "kind", "runs", "share_median", "share_quartile_1", "share_quartile_3", "median_t95_s", "bumps_mean")
+FIELDS = (
+    "variant",
+    "kind",
+    "runs",
+    "share_median",
+    "share_quartile_1",
+    "share_quartile_3",
+    "median_t95_s",
+    "bumps_mean",
+)
 FRONTIER_FIELDS = ("arena", "from_s", "share_then", "share_with", "share_without")
 
 
