@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import List, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
+from yarm.experiments.explore.cost import RunCost
 from yarm.experiments.explore.measures import SHARES, Measures, Obstacles
 from yarm.experiments.explore.record import ExploreRecord
-from yarm.experiments.run.tables import text_table
+from yarm.experiments.run.tables import text_table, usage_table
 
 BEHAVIOURS_SHOWN = 8
 
 
-def summary_table(record: ExploreRecord, measures: Measures, faults: Sequence[str]) -> str:
-    """What a person wants to know at the end of an exploration."""
+def summary_table(
+    record: ExploreRecord, measures: Measures, faults: Sequence[str], cost: Optional[RunCost] = None
+) -> str:
+    """What a person wants to know at the end of an exploration.
+
+    Args:
+        record: of the run.
+        measures: what it comes to.
+        faults: what went wrong.
+        cost: of the run; None where nobody measured it.
+    """
     verdict = "FAILED" if faults else "SUCCESS"
     lines = [
         f"{record.arena}, {record.controller}, seed {record.seed}: {verdict}; {record.reason or 'no reason given'}"
@@ -22,6 +32,8 @@ def summary_table(record: ExploreRecord, measures: Measures, faults: Sequence[st
     lines += ["", text_table(("measure", "value"), _rows(record, measures))]
     spent = sorted(record.behaviours.items(), key=lambda item: -item[1])[:BEHAVIOURS_SHOWN]
     lines += ["", text_table(("behaviour", "s"), [(name, f"{seconds:.1f}") for name, seconds in spent])]
+    if cost is not None:
+        lines += ["", _speed(cost), "", usage_table(cost.nodes, "pass")]
     return "\n".join(lines)
 
 
@@ -40,6 +52,13 @@ def _rows(record: ExploreRecord, m: Measures) -> List[Tuple[str, str]]:
         ("obstacles in the map", f"{_found(m.tall)}; low ones {_found(m.low)}, {m.low.untouched} before any touch"),
         ("loop", f"p50 {m.step_p50_ms:.1f} ms, p99 {m.step_p99_ms:.1f} ms"),
     ]
+
+
+def _speed(cost: RunCost) -> str:
+    return (
+        f"{cost.sim_s:.1f} s simulated in {cost.wall_s:.1f} s (real-time factor {cost.real_time_factor:.2f}); "
+        f"all nodes together need {cost.cores:.2f} cores to keep up with time"
+    )
 
 
 def _walls(m: Measures) -> str:

@@ -8,6 +8,7 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
+from yarm.experiments.explore.cost import RunCost
 from yarm.experiments.explore.measures import SHARES, Measures
 from yarm.experiments.explore.record import CoverageRow, ExploreRecord, PathRow, TouchRow
 from yarm.experiments.run.writers import plain_values, room_run_folder, write_events, write_rows
@@ -30,6 +31,7 @@ def write_exploration(
     parameters: Optional[Mapping[str, Any]] = None,
     versions: Optional[Mapping[str, str]] = None,
     faults: Sequence[str] = (),
+    cost: Optional[RunCost] = None,
 ) -> None:
     """Write all files of a run into a folder, which is made when missing.
 
@@ -40,12 +42,13 @@ def write_exploration(
         parameters: of everybody who took part.
         versions: of what it ran on.
         faults: what went wrong besides: a run that broke off is no success.
+        cost: of the run; None where nobody measured it.
 
     Raises:
         MapFileError: the map cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    summary = summary_of(record, measures, parameters or {}, versions or {}, faults)
+    summary = summary_of(record, measures, parameters or {}, versions or {}, faults, cost)
     (folder / "summary.yaml").write_text(yaml.safe_dump(summary, sort_keys=False, width=120))
     if record.map is not None:
         write_map(record.map, folder / "map")
@@ -74,6 +77,7 @@ def summary_of(
     parameters: Mapping[str, Any],
     versions: Mapping[str, str],
     faults: Sequence[str] = (),
+    cost: Optional[RunCost] = None,
 ) -> Dict[str, Any]:
     """What summary.yaml holds: plain values, null for what is not a finite number."""
     wrong = [*faults, *faults_of(measures)]
@@ -96,6 +100,13 @@ def summary_of(
         "behaviours_s": plain_values({name: round(s, 1) for name, s in sorted(record.behaviours.items())}),
         "obstacles_first_seen_s": plain_values(record.first_seen),
         "bump_list": [plain_values(dataclasses.asdict(touch)) for touch in record.touches],
+        "cost": None if cost is None else _cost_of(cost),
         "versions": dict(versions),
         "parameters": plain_values(parameters),
     }
+
+
+def _cost_of(cost: RunCost) -> Dict[str, Any]:
+    rates = {"real_time_factor": cost.real_time_factor, "cores": cost.cores}
+    values: Dict[str, Any] = plain_values({**rates, **dataclasses.asdict(cost)})
+    return values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import List, Sequence
 
-from yarm.experiments.run.record import RunRecord
+from yarm.experiments.run.record import NodeUsage, RunRecord
 from yarm.geometry.kinds import ContactKind
 
 
@@ -51,13 +51,18 @@ def summary_table(record: RunRecord) -> str:
     if record.steps.refused:
         parts.append(f"checker: {record.steps.refused} of {record.steps.planned} planning steps refused")
     if record.usage:
-        parts += ["", usage_table(record)]
+        parts += ["", usage_table(record.usage)]
     return "\n".join(parts)
 
 
-def usage_table(record: RunRecord) -> str:
-    """Processor time and memory of each node."""
-    header = ("node", "share of a core", "ms a frame", "MB start", "half-way", "end")
+def usage_table(nodes: Sequence[NodeUsage], frame: str = "frame") -> str:
+    """Processor time and memory of each node.
+
+    Args:
+        nodes: what each cost.
+        frame: what its processor time is divided by.
+    """
+    header = ("node", "share of a core", f"ms a {frame}", "MB start", "half-way", "end")
     rows = [
         (
             u.node,
@@ -67,7 +72,7 @@ def usage_table(record: RunRecord) -> str:
             _number(u.memory_middle_mb, 0),
             f"{u.memory_end_mb:.0f}",
         )
-        for u in record.usage
+        for u in nodes
     ]
     return text_table(header, rows)
 

@@ -14,11 +14,12 @@ from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
 
 from yarm.console.results import FILM
+from yarm.experiments.explore.cost import RunCost
 from yarm.experiments.explore.judge import Judge, Watcher
 from yarm.experiments.explore.live import WATCHED_S, LiveRecorder
 from yarm.experiments.explore.record import ExploreRecord
 from yarm.exploration.deadline import SETTLE_S
-from yarm.exploration.model import Command, Event
+from yarm.exploration.model import LOOP_S, Command, Event
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.session import State
 from yarm.geometry import Pose2
@@ -32,6 +33,7 @@ from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
+from yarm.ros.experiment.usage import UsageMeter
 from yarm.ros.exploration.experiment_params import ExplorationRunParams
 from yarm.ros.exploration.results import write_results
 from yarm.ros.navigation.maps import grid_fault, grid_of
@@ -67,6 +69,8 @@ class Exploration:
         self._now_s = 0.0
         self._running = False
         self._said_wall, self._said_s = 0.0, 0.0
+        self._meter = UsageMeter()
+        self.cost: Optional[RunCost] = None
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=10)
         self._subscribers = [
             rospy.Subscriber(names.explorer("status"), ExplorerStatus, self._on_status, queue_size=100),
@@ -84,7 +88,11 @@ class Exploration:
     def run(self) -> str:
         """Follow the run to its end; what went wrong, empty when nothing did."""
         fault = self._wait_for(self._has_started, self._params.start_limit_s, "the explorer has not started")
-        fault = fault or self._wait_for(self._has_ended, None, "")
+        if not fault:
+            self._meter.start()
+            began_s, began = self._now(), time.monotonic()
+            fault = self._wait_for(self._has_ended, None, "")
+            self.cost = self._cost(self._now() - began_s, time.monotonic() - began)
         return fault or self._wait_for(self._is_watched, None, "")
 
     def record(self, fault: str) -> ExploreRecord:
@@ -97,6 +105,14 @@ class Exploration:
             early_s = limit_s if status is None or over else status.elapsed + SETTLE_S
             done = state == State.DONE.value and not over and not fault
             return self._recorder.finish(min(early_s, limit_s), done, fault or reason, self._watcher.first_seen)
+
+    def _cost(self, sim_s: float, wall_s: float) -> RunCost:
+        nodes = self._meter.finish(round(sim_s / LOOP_S))
+        return RunCost(sim_s, wall_s, tuple(sorted(nodes, key=lambda node: -node.cpu_share)))
+
+    def _now(self) -> float:
+        with self._lock:
+            return self._now_s
 
     def _has_started(self) -> bool:
         return self._started_s is not None
@@ -227,7 +243,7 @@ def main() -> int:
     fault = exploration.run()
     record = exploration.record(fault)
     folder = Path(params.folder)
-    success, table = write_results(record, exploration.judge, folder, fault)
+    success, table = write_results(record, exploration.judge, folder, fault, exploration.cost)
     if filmer is not None:
         filmer.end().write(folder / FILM)
     say("\n" + table + f"\n\nresults and pictures: {folder.resolve()}")

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from yarm.experiments.explore.cost import RunCost
 from yarm.experiments.explore.judge import Judge
 from yarm.experiments.explore.live import LiveRecorder
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.shown import summary_table
 from yarm.experiments.explore.writers import faults_of
+from yarm.experiments.run.record import NodeUsage
 from yarm.exploration.model import Command
 from yarm.exploration.params import ExploreParams
 from yarm.geometry import Pose2
@@ -55,3 +57,20 @@ def test_a_good_run_says_success_and_its_figures():
     assert "99.5 % of what can be mapped" in table
     assert "90 % at 10 s, 95 % at 20 s, 99 % never" in table
     assert "at rest after the end  yes" in table
+
+
+def test_a_run_of_nodes_says_how_fast_it_was_and_what_each_cost():
+    record = record_of(84)
+    nodes = (NodeUsage("room_simulation", 0.6, 12.0, 100.0, 110.0), NodeUsage("explorer", 0.3, 6.0, 90.0, 95.0))
+    table = summary_table(record, measure(record, Judge(ARENA)), [], RunCost(120.0, 80.0, nodes))
+    assert "120.0 s simulated in 80.0 s (real-time factor 1.50)" in table
+    assert "all nodes together need 0.60 cores to keep up with time" in table
+    lines = table.splitlines()
+    assert "ms a pass" in lines[-4] and lines[-1].split() == ["explorer", "30", "%", "6.0", "90", "-", "95"]
+    assert "real-time factor" not in summary_table(record, measure(record, Judge(ARENA)), [])
+
+
+def test_a_run_in_which_no_time_went_by_has_no_factor():
+    for cost in (RunCost(0.0, 1.0, (NodeUsage("explorer", 0.3, 6.0, 90.0, 95.0),)), RunCost(0.0, 0.0)):
+        assert math.isnan(cost.cores)
+    assert RunCost(0.0, 2.0).real_time_factor == 0.0 and math.isnan(RunCost(0.0, 0.0).real_time_factor)

@@ -11,11 +11,13 @@ import pytest
 import yaml
 
 from python.experiments.explore_samples import ROOM, path_row, perfect_map, record_of
+from yarm.experiments.explore.cost import RunCost
 from yarm.experiments.explore.judge import Judge
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.pictures import PICTURES, plot_exploration
 from yarm.experiments.explore.record import CoverageRow, TouchRow
 from yarm.experiments.explore.writers import FILES, run_folder, success, summary_of, write_exploration
+from yarm.experiments.run.record import NodeUsage
 from yarm.exploration.model import Event
 from yarm.geometry import Pose2
 from yarm.navigation.map_file import read_map
@@ -58,6 +60,17 @@ def test_everything_of_a_run_is_written_and_read_back(tmp_path: Path) -> None:
 def test_the_summary_says_how_it_ended(done: bool, end_s: float, outcome: str) -> None:
     run = replace(RUN, done=done, end_s=end_s, time_limit_s=60.0)
     assert summary_of(run, measure(run, JUDGE), {}, {})["outcome"] == outcome
+
+
+def test_the_summary_holds_what_the_run_cost() -> None:
+    nodes = (NodeUsage("explorer", 0.5, 6.0, 90.0, 95.0),)
+    summary = summary_of(RUN, measure(RUN, JUDGE), {}, {}, (), RunCost(30.0, 20.0, nodes))
+    cost = summary["cost"]
+    assert (cost["real_time_factor"], cost["sim_s"], cost["wall_s"]) == (1.5, 30.0, 20.0)
+    assert cost["cores"] == pytest.approx(1.0 / 3.0, abs=1e-5)
+    assert cost["nodes"][0]["node"] == "explorer" and cost["nodes"][0]["memory_middle_mb"] is None
+    assert yaml.safe_load(yaml.safe_dump(summary))["cost"] == cost
+    assert summary_of(RUN, measure(RUN, JUDGE), {}, {})["cost"] is None
 
 
 def test_a_run_that_mapped_too_little_says_so(tmp_path: Path) -> None:

@@ -53,8 +53,9 @@ def test_a_pause_without_an_end_is_shown_open(record: RunRecord) -> None:
     assert "manipulator pauses: 1 (hc10_barc 4.0-- s)" in text
 
 
-def test_shares_are_per_cent_of_a_core(record: RunRecord) -> None:
-    text = usage_table(replace(record, usage=(NodeUsage("simulation", 0.914, math.nan, 300.4, 301.0),)))
+def test_shares_are_per_cent_of_a_core() -> None:
+    text = usage_table([NodeUsage("simulation", 0.914, math.nan, 300.4, 301.0)], "pass")
+    assert "ms a pass" in text.splitlines()[0]
     assert text.splitlines()[-1].split() == ["simulation", "91", "%", "-", "300", "-", "301"]
 
 
