@@ -31,6 +31,7 @@ class Rig:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.pose = Pose2(0.0, 0.0)
+        self.map_from_odom = Pose2(0.0, 0.0)
         self.passes = 0
         self.held = False
         self.map: Optional[GridMap] = None
@@ -44,7 +45,7 @@ class Rig:
         observation = Observation(
             self.now_s,
             Odometry(self.now_s, self.pose),
-            Pose2(0.0, 0.0),
+            self.map_from_odom,
             seen,
             tuple(BumperEvent(bumper, pressed) for bumper, pressed in bumps),
             self.map,

@@ -1,4 +1,7 @@
-"""Figure 5: `report` with each behaviour off; by kind of arena, and what its frontiers brought from when they began."""
+"""Figure 5, `report` with each behaviour off, and 6, `report_printed` without its faults; by kind of arena.
+
+And what the report's frontiers brought, from when they began.
+"""
 
 from __future__ import annotations
 
@@ -54,27 +57,50 @@ class FrontierGain:
         return self.share_with - self.share_without
 
 
+def write_fault_costs(results: Sequence[ExploreResult], mended: Sequence[ExploreResult], folder: Path) -> str:
+    """Figure, CSV file and table of `report_printed` without its faults; the text to print. As ``write_ablation``."""
+    return "" if not mended else _write_variants(_groups(results, mended), folder / "explore_fault_costs.md")
+
+
 def write_ablation(results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], folder: Path) -> str:
-    """Figure, CSV files and table of `report` without each behaviour, in the arenas of the ablation; the text to print.
+    """Figure, CSV files and table of `report` without each behaviour; the text to print, empty without trials.
 
     Args:
-        results: trials of whole controllers; those of `report` in the same arenas are compared with.
-        ablation: trials of `report` without something.
+        results: trials of whole controllers; those of the same one in the same arenas are compared with.
+        ablation: trials without something.
         folder: where to.
     """
-    arenas = {result.spec.arena for result in ablation}
-    whole = [r for r in results if r.spec.variant == WHOLE and r.spec.arena in arenas]
-    groups = by_variant([*whole, *ablation])
-    shares = {name: [100.0 * r.measures.share for r in group] for name, group in groups.items()}
-    box_figure(shares, "share at the end, %", folder / "explore_ablation.png")
-    rows = [_row(name, kind, part) for name, group in groups.items() for kind, part in by_kind(group).items()]
-    write_csv(folder / "explore_ablation.csv", FIELDS, rows)
+    if not ablation:
+        return ""
+    groups = _groups(results, ablation)
     gains = frontier_gains(groups.get(WHOLE, []), groups.get(UNGUIDED, []))
     numbers = [(g.from_s, g.share_then, g.share_with, g.share_without) for g in gains]
     named = [(g.arena, *(number_text(value, 4) for value in row)) for g, row in zip(gains, numbers)]
     write_csv(folder / "explore_frontier_gain.csv", FRONTIER_FIELDS, named)
-    text = "\n\n".join([ablation_table(groups), *([gain_table(gains)] if gains else [])])
-    (folder / "explore_ablation.md").write_text(text + "\n")
+    return _write_variants(groups, folder / "explore_ablation.md", *([gain_table(gains)] if gains else []))
+
+
+def _groups(results: Sequence[ExploreResult], without: Sequence[ExploreResult]) -> Dict[str, List[ExploreResult]]:
+    """By variant, that without nothing first."""
+    found = {(r.spec.arena, r.spec.controller) for r in without}
+    whole = [r for r in results if not r.spec.without and (r.spec.arena, r.spec.controller) in found]
+    return by_variant([*whole, *without])
+
+
+def _write_variants(groups: Dict[str, List[ExploreResult]], path: Path, *more: str) -> str:
+    """Table, and CSV and picture beside it; the text to print.
+
+    Args:
+        groups: trials by variant.
+        path: of the table.
+        more: further tables.
+    """
+    shares = {name: [100.0 * r.measures.share for r in group] for name, group in groups.items()}
+    box_figure(shares, "share at the end, %", path.with_suffix(".png"))
+    rows = [_row(name, kind, part) for name, group in groups.items() for kind, part in by_kind(group).items()]
+    write_csv(path.with_suffix(".csv"), FIELDS, rows)
+    text = "\n\n".join([ablation_table(groups), *more])
+    path.write_text(text + "\n")
     return text
 
 

@@ -8,7 +8,7 @@ from typing import Any, List, Sequence
 
 import numpy as np
 
-from yarm.experiments.explore.ablation import write_ablation
+from yarm.experiments.explore.ablation import write_ablation, write_fault_costs
 from yarm.experiments.explore.figure_parts import box_figure, number_text, write_csv
 from yarm.experiments.explore.pictures import draw_run, title_of
 from yarm.experiments.explore.record import ExploreRecord
@@ -29,10 +29,19 @@ WAY_PASSES = 10
 """Every n-th pass of a way is written with a figure."""
 
 
-def write_study(results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], folder: Path) -> str:
-    """All tables and figures of the trials; the text to print."""
+def write_study(
+    results: Sequence[ExploreResult], ablation: Sequence[ExploreResult], mended: Sequence[ExploreResult], folder: Path
+) -> str:
+    """All tables and figures of the trials; the text to print.
+
+    Args:
+        results: of whole controllers.
+        ablation: of `report` without something.
+        mended: of `report_printed` without faults.
+        folder: where to.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    write_trials([*results, *ablation], folder / "explore_trials.csv")
+    write_trials([*results, *ablation, *mended], folder / "explore_trials.csv")
     table = markdown_table(TABLE_HEADER, table_rows(results))
     asked = [(t.text, t.measured, "yes" if t.met else "NO") for t in targets(results)]
     goals = markdown_table(TARGET_HEADER, asked)
@@ -41,9 +50,8 @@ def write_study(results: Sequence[ExploreResult], ablation: Sequence[ExploreResu
     plot_coverage(results, folder)
     plot_faults(results, folder)
     plot_contact_starts(results, folder)
-    if not ablation:
-        return f"{table}\n\n{goals}"
-    return f"{table}\n\n{goals}\n\n{write_ablation(results, ablation, folder)}"
+    parts = (write_ablation(results, ablation, folder), write_fault_costs(results, mended, folder))
+    return "\n\n".join([table, goals, *(part for part in parts if part)])
 
 
 def write_trials(results: Sequence[ExploreResult], path: Path) -> None:

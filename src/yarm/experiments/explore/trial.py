@@ -17,6 +17,7 @@ from yarm.exploration.params import ExploreParams
 from yarm.exploration.registry import make_controller
 from yarm.exploration.report.controller import ReportController
 from yarm.exploration.report.params import ReportParams
+from yarm.exploration.report.printed import PrintedController
 from yarm.geometry import Pose2
 from yarm.sim.scenes.arena_maker import find_arena
 
@@ -41,7 +42,8 @@ class ExploreSpec:
         arena: name.
         controller: name in the registry.
         seed: of the controller's draws and of all noise.
-        without: a behaviour of `report` that is switched off; empty for none.
+        without: a behaviour of `report` that is switched off, or faults of `report_printed` that are mended, with "+"
+            between them; empty for none.
         time_limit_s: the robot stands from here on.
     """
 
@@ -145,12 +147,14 @@ def controller_of(spec: ExploreSpec, params: ExploreParams) -> Controller:
     """The controller of a trial.
 
     Raises:
-        ValueError: no such controller, or one that has no behaviours to switch off.
+        ValueError: no such controller, or one that has nothing to go without.
     """
     if not spec.without:
         return make_controller(params, spec.seed)
+    if spec.controller == "report_printed":
+        return PrintedController(params, spec.seed, spec.without.split("+"))
     if spec.controller != "report":
-        raise ValueError(f"{spec.controller} has no behaviour {spec.without!r} to switch off; only report has")
+        raise ValueError(f"{spec.controller} has nothing to go without, so not {spec.without!r}; only the reports have")
     return ReportController(params, spec.seed, ReportParams(off=(spec.without,)))
 
 

@@ -18,7 +18,7 @@ from yarm.experiments.explore.method_figure import plot_method
 from yarm.experiments.explore.pictures import plot_exploration
 from yarm.experiments.explore.slam_study import add_options as slam_options
 from yarm.experiments.explore.slam_study import slam_explorations
-from yarm.experiments.explore.study import ablation_specs, known_controllers, table_specs
+from yarm.experiments.explore.study import ablation_specs, known_controllers, mended_specs, table_specs
 from yarm.experiments.explore.trial import ExploreSpec, judge_of, run_record
 from yarm.experiments.explore.trials import EXPLORE_TRIALS
 from yarm.experiments.explore.writers import run_folder, write_exploration
@@ -128,16 +128,16 @@ def explorations(options: argparse.Namespace, folder: Path) -> List[str]:
         StudyError: trials failed.
     """
     controllers = [name for name in known_controllers() if name in (options.controller or known_controllers())]
-    table, ablation = table_specs(options.arenas, controllers), []
-    if "report" in controllers:
-        ablation = ablation_specs(options.arenas)
-    results, without = (
+    table = table_specs(options.arenas, controllers)
+    ablation = ablation_specs(options.arenas) if "report" in controllers else []
+    mended = mended_specs(options.arenas) if "report_printed" in controllers else []
+    results, *without = (
         run_trials(
             EXPLORE_TRIALS, specs, folder / "explore_trials", options.scheduler, options.workers, ProgressBar(title)
         )
-        for title, specs in (("explore", table), ("explore, ablation", ablation))
+        for title, specs in (("explore", table), ("explore, ablation", ablation), ("explore, faults", mended))
     )
-    text = write_study(results, without, folder)
+    text = write_study(results, *without, folder)
     practice_runs(controllers, folder)
     return [text]
 

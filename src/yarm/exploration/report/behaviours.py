@@ -333,5 +333,10 @@ def has_room(view: View, params: ReportParams) -> bool:
 
 def to_the_middle(left_m: float, right_m: float, params: ReportParams) -> float:
     """Turn, rad/s, towards the side with more room; 0 once it reaches ``middle_share`` of the greatest turn."""
-    turn = params.middle_gain * (min(left_m, params.nothing) - min(right_m, params.nothing))
+    turn = to_more_room(left_m, right_m, params)
     return 0.0 if abs(turn) >= params.middle_share * params.angular_max else turn
+
+
+def to_more_room(left_m: float, right_m: float, params: ReportParams) -> float:
+    """The same turn without that end."""
+    return params.middle_gain * (min(left_m, params.nothing) - min(right_m, params.nothing))

@@ -7,13 +7,14 @@ blocks in the program is a loop of its own here: it looks at scan and odometry, 
 from __future__ import annotations
 
 import math
-from typing import Generator, List, Optional, Tuple
+import sys
+from typing import Generator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from yarm.exploration.model import Command, Event, Observation, Step
 from yarm.exploration.params import ExploreParams
-from yarm.exploration.report.behaviours import TURN_RAD, to_the_middle
+from yarm.exploration.report.behaviours import TURN_RAD, to_more_room, to_the_middle
 from yarm.exploration.report.frontiers import cropped
 from yarm.exploration.report.params import ReportParams
 from yarm.exploration.report.printed_follow import printed_follow
@@ -36,14 +37,34 @@ LIMIT_S = 900.0
 STUCK_SAMPLES, STUCK_FROM_S = 300, 10.0
 TURN_REST_RAD = 0.1
 
+FAULTS = ("side_bump", "deaf", "full_turn", "open_space", "junction", "places")
+"""What can be mended, one by one: a side bump ends after SIDE_LOOPS; selections and full turns hear the bumper, and
+selections the deadline; there are no full turns; what is 6 m away or farther stops nobody as long as it is seen; a
+strong turn is the strongest allowed, not none; places are remembered in the map, not in the odometry."""
+SIDE_LOOPS = 10
+
 Program = Generator[Tuple[str, Command], View, None]
 
 
 class PrintedController:
     """Order: pause, full turn, its timer, front, left, right bumper, forward or angle selection."""
 
-    def __init__(self, params: ExploreParams, seed: int) -> None:
-        """Draw from ``seed``; the program's numbers are fixed, only the time it has is given."""
+    def __init__(self, params: ExploreParams, seed: int, mended: Sequence[str] = ()) -> None:
+        """The program's numbers are fixed, only the time it has is given.
+
+        Args:
+            params: how much time it has.
+            seed: it draws from this.
+            mended: which of FAULTS it has not got.
+
+        Raises:
+            ValueError: something else is to be mended.
+        """
+        unknown = sorted(set(mended) - set(FAULTS))
+        if unknown:
+            raise ValueError(f"faults {', '.join(unknown)} are not known; known: {', '.join(FAULTS)}")
+        self._mended = frozenset(mended)
+        self._far_m = sys.float_info.max if "open_space" in mended else FAR_M
         self._limit_s = min(params.time_limit_s, LIMIT_S)
         self._params = ReportParams()
         self._rng = np.random.default_rng(seed)
@@ -54,6 +75,7 @@ class PrintedController:
         self._front = 0
         self._left = False
         self._right = False
+        self._side_loops = 0
         self._turning: Optional[float] = None
         self._turn_loops = 0
         self._pause_until = -math.inf
@@ -111,11 +133,13 @@ class PrintedController:
             elif self._front > 0:
                 view = yield from self._front_bump(view)
             elif self._left or self._right:
-                view = yield "bumper", Command(-BUMP_MPS, -BUMP_RADPS if self._left else BUMP_RADPS)
+                view = yield "bumper", self._side_bump()
             else:
                 view = yield from self._forward_or_select(view)
 
     def _timer_rings(self, view: View) -> bool:
+        if "full_turn" in self._mended:
+            return False
         second = math.floor(view.now_s + 1e-6)
         return second % TURN_EVERY_S == 1 and view.now_s >= TURN_FROM_S - 1e-6
 
@@ -127,6 +151,9 @@ class PrintedController:
 
     def _turn_on(self, view: View) -> Command:
         """A pass of the full turn; bumpers are not looked at."""
+        if self._is_called(view):
+            self._turning = None
+            return Command()
         self._turning = (self._turning or 0.0) + abs(view.turned_rad)
         self._turn_loops += 1
         if TURN_RAD - self._turning <= TURN_REST_RAD:
@@ -134,6 +161,19 @@ class PrintedController:
             self._pause_until = view.now_s + TURN_PAUSE_S
             return Command()
         return Command(-BUMP_MPS if self._turn_loops <= TURN_BACK_LOOPS else 0.0, TURN_RADPS)
+
+    def _is_called(self, view: View) -> bool:
+        """With that mended: whether a bump or the deadline ends what it does."""
+        return "deaf" in self._mended and (self._front > 0 or self._left or self._right or view.now_s > self._limit_s)
+
+    def _side_bump(self) -> Command:
+        """A pass of backing off from a side; it is never the last one."""
+        command = Command(-BUMP_MPS, -BUMP_RADPS if self._left else BUMP_RADPS)
+        self._side_loops += 1
+        if "side_bump" in self._mended and self._side_loops >= SIDE_LOOPS:
+            self._left = self._right = False
+            self._side_loops = 0
+        return command
 
     def _front_bump(self, view: View) -> Generator[Tuple[str, Command], View, View]:
         """A pass of backing off; after the last one the angle selection, which blocks."""
@@ -153,17 +193,23 @@ class PrintedController:
         direction = self._draw()
         if view.now_s > FRONTIER_AFTER_S and centre == FRONTIER_CENTRE_M and view.observation.map is not None:
             view = yield from self._frontier(view, view.observation.map)
-        if view.now_s > 1.0 and (centre <= STOP_M or centre >= FAR_M):
+        if view.now_s > 1.0 and (centre <= STOP_M or centre >= self._far_m):
             direction = self._at_place(view, direction)
             view = yield from self._select(view, direction)
             return view
         self._heading = view.odom.yaw_rad
-        if not STOP_M < centre < FAR_M:
+        if not STOP_M < centre < self._far_m:
             view = yield "forward", Command()
             return view
-        turn = to_the_middle(view.room.left, view.room.right, self._params)
-        view = yield "forward", Command(self._speed(view), turn)
+        view = yield "forward", Command(self._speed(view), self._turn(view))
         return view
+
+    def _turn(self, view: View) -> float:
+        """While it drives."""
+        if "junction" not in self._mended:
+            return to_the_middle(view.room.left, view.room.right, self._params)
+        most = self._params.middle_share * self._params.angular_max
+        return max(-most, min(most, to_more_room(view.room.left, view.room.right, self._params)))
 
     @staticmethod
     def _frontier(view: View, room: GridMap) -> Generator[Tuple[str, Command], View, View]:
@@ -186,11 +232,13 @@ class PrintedController:
 
     def _at_place(self, view: View, direction: int) -> int:
         """The other way at the first remembered place that this is; the place and the way are stored."""
+        here = view.observation.pose if "places" in self._mended else None
+        here = here or view.odom
         for x, y, before in self._places:
-            if abs(view.odom.x - x) <= PLACE_M and abs(view.odom.y - y) <= PLACE_M:
+            if abs(here.x - x) <= PLACE_M and abs(here.y - y) <= PLACE_M:
                 direction = -before
                 break
-        self._places.append((view.odom.x, view.odom.y, direction))
+        self._places.append((here.x, here.y, direction))
         del self._places[:-PLACES]
         return direction
 
@@ -198,7 +246,7 @@ class PrintedController:
         """Angle selection: blocks, and hears neither bumper nor deadline."""
         turned, centre = 0.0, view.room.centre
         self._events.append(Event(view.now_s, "draw", (("way", "left" if direction > 0 else "right"),)))
-        while _no_way(centre) or abs(turned - math.pi) <= math.radians(30.0):
+        while not self._is_called(view) and (self._no_way(centre) or abs(turned - math.pi) <= math.radians(30.0)):
             if TURN_RAD - turned <= TURN_REST_RAD:
                 view = yield from self._search(view, direction)
                 break
@@ -208,15 +256,15 @@ class PrintedController:
         self._heading = view.odom.yaw_rad
         return view
 
-    @staticmethod
-    def _search(view: View, direction: int) -> Generator[Tuple[str, Command], View, View]:
+    def _search(self, view: View, direction: int) -> Generator[Tuple[str, Command], View, View]:
         """After a whole turn: on while it grows, is too near or too far, for a minute at most; blocks as well."""
         began, last = view.now_s, -math.inf
-        while (view.room.centre > last or _no_way(view.room.centre)) and view.now_s - began < SEARCH_S:
+        while (view.room.centre > last or self._no_way(view.room.centre)) and view.now_s - began < SEARCH_S:
+            if self._is_called(view):
+                break
             last = view.room.centre
             view = yield "selection", Command(0.0, direction * SEARCH_RADPS)
         return view
 
-
-def _no_way(centre_m: float) -> bool:
-    return centre_m < FREE_M or centre_m > FAR_M
+    def _no_way(self, centre_m: float) -> bool:
+        return centre_m < FREE_M or centre_m > self._far_m

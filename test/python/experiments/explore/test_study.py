@@ -16,10 +16,12 @@ from yarm.experiments.explore.judge import Judge
 from yarm.experiments.explore.measures import Measures, Obstacles, measure
 from yarm.experiments.explore.study import (
     ABLATED,
+    MENDED,
     ablation_specs,
     known_controllers,
     median,
     median_text,
+    mended_specs,
     paired_times,
     starts_in_contact,
     table_rows,
@@ -51,7 +53,8 @@ def test_every_controller_meets_every_arena_and_report_is_taken_apart() -> None:
     specs = table_specs(8, known_controllers())
     assert set(known_controllers()) == set(CONTROLLERS) and len(specs) == 8 * len(CONTROLLERS)
     assert {spec.arena.split("_")[0] for spec in specs} == {"rooms", "corridors", "clutter", "bricks"}
-    assert len({spec.key for spec in [*specs, *ablation_specs(8)]}) == len(specs) + 8 * len(ABLATED)
+    parts = [*ablation_specs(8), *mended_specs(8)]
+    assert len({spec.key for spec in [*specs, *parts]}) == len(specs) + 8 * (len(ABLATED) + len(MENDED))
 
 
 def test_a_median_counts_what_was_never_reached() -> None:
@@ -100,15 +103,21 @@ def test_the_table_has_a_row_for_each_variant() -> None:
 
 def test_everything_is_written(tmp_path: Path) -> None:
     results = [result(a, c) for a in (*ARENAS, "rooms_10") for c in ("report_printed", "report", "yarm")]
-    text = write_study(results, [result(a, "report", "frontier", share=0.6) for a in ARENAS], tmp_path)
+    ablation = [result(a, "report", "frontier", share=0.6) for a in ARENAS]
+    mended = [result(a, "report_printed", "side_bump", share=0.7) for a in ARENAS]
+    text = write_study(results, ablation, mended, tmp_path)
     assert "share never below 90 %" in text and "report_printed" in text
-    for name in ("table", "trials", "coverage", "faults", "contact_starts", "ablation"):
+    for name in ("table", "trials", "coverage", "faults", "contact_starts", "ablation", "fault_costs"):
         assert (tmp_path / f"explore_{name}.csv").stat().st_size > 60, name
-    for name in ("coverage", "faults", "contact_starts", "ablation"):
+    for name in ("coverage", "faults", "contact_starts", "ablation", "fault_costs"):
         assert (tmp_path / f"explore_{name}.png").stat().st_size > 5000, name
     with (tmp_path / "explore_ablation.csv").open() as stream:
-        rows = {row["variant"]: row for row in csv.DictReader(stream)}
+        rows = {row["variant"]: row for row in csv.DictReader(stream) if row["kind"] == "all"}
     assert float(rows["report without frontier"]["share_median"]) == 60.0 and rows["report"]["runs"] == "5"
+    with (tmp_path / "explore_fault_costs.csv").open() as stream:
+        rows = {row["variant"]: row for row in csv.DictReader(stream) if row["kind"] == "all"}
+    assert set(rows) == {"report_printed", "report_printed without side_bump"}
+    assert rows["report_printed without side_bump"]["share_median"] == "70.00"
     with (tmp_path / "explore_contact_starts.csv").open() as stream:
         assert {row["arena"] for row in csv.DictReader(stream)} == {"rooms_0", "rooms_10"}
 

@@ -13,7 +13,7 @@ from yarm.exploration.params import ExploreParams
 from yarm.exploration.report.controller import ReportController
 from yarm.exploration.report.frontiers import Reach, cropped, frontiers, padded
 from yarm.exploration.report.params import ReportParams
-from yarm.exploration.report.printed import PrintedController
+from yarm.exploration.report.printed import FAULTS, PrintedController
 from yarm.exploration.report.printed_frontier import printed_fitness, printed_grid, printed_path
 from yarm.geometry import Pose2
 from yarm.navigation.grid_map import GridMap
@@ -24,6 +24,10 @@ PARAMS = ExploreParams(controller="report_printed")
 
 def printed(seed: int = 1, limit_s: float = 900.0) -> Rig:
     return Rig(PrintedController(ExploreParams(time_limit_s=limit_s), seed))
+
+
+def mended(*faults: str, limit_s: float = 900.0) -> Rig:
+    return Rig(PrintedController(ExploreParams(time_limit_s=limit_s), 1, faults))
 
 
 def text(seed: int = 1, limit_s: float = 900.0) -> Rig:
@@ -192,3 +196,56 @@ def test_no_path_can_come_out_where_the_text_has_one(map_of: object) -> None:
 def test_obstacles_weigh_nothing_and_distance_is_rewarded() -> None:
     assert printed_fitness(10.0, 6.0, 400.0) == printed_fitness(10.0, 6.0, 0.0) == 16.0
     assert printed_fitness(40.0, 6.0, 0.0) > printed_fitness(10.0, 16.0, 0.0)
+
+
+def test_mended_a_side_bump_ends_and_may_come_again() -> None:
+    here = mended("side_bump")
+    for _ in range(2):
+        here.step(scan(2.0), (Bumper.LEFT, True))
+        here.step(scan(2.0), (Bumper.LEFT, False))
+        here.run(3.0, scan(2.0))
+        assert here.steps[-1].behaviour == "forward"
+    assert here.shares()["bumper"] == 20
+
+
+def test_mended_a_selection_hears_a_bump_and_the_deadline() -> None:
+    here = mended("deaf", "side_bump", limit_s=10.0)
+    here.run(1.2, scan(2.0))
+    here.run(1.0, scan(0.48))
+    assert here.steps[-1].behaviour == "selection"
+    here.step(scan(0.48), (Bumper.LEFT, True))
+    assert here.step(scan(0.48)).behaviour == "bumper"
+    here.run(9.0, scan(0.48))
+    assert here.steps[-1].done, "the unmended one goes on for a minute and more"
+
+
+def test_mended_a_full_turn_hears_a_bump_or_there_is_none() -> None:
+    here = mended("deaf", "side_bump")
+    here.run(105.0, scan(2.0, left=1.1, right=1.1))
+    assert here.steps[-1].behaviour == "full_turn"
+    here.step(scan(2.0, left=1.1, right=1.1), (Bumper.CENTER, True))
+    assert here.step(scan(2.0)).behaviour == "bumper"
+    there = mended("full_turn")
+    there.run(130.0, scan(2.0, left=1.1, right=1.1))
+    assert "full_turn" not in there.shares() and "pause" not in there.shares()
+
+
+def test_mended_open_space_is_driven_into_and_what_is_not_seen_is_not() -> None:
+    for ahead, expected in ((7.0, "forward"), (0.4, "selection"), (math.nan, "selection")):
+        here = mended("open_space")
+        here.run(1.2, scan(2.0))
+        here.step(scan(ahead))
+        assert here.step(scan(ahead)).behaviour == expected
+
+
+def test_mended_a_junction_is_turned_into_with_the_strongest_turn() -> None:
+    for left, right, sign in ((4.0, 1.0, 1), (1.0, 4.0, -1)):
+        command = mended("junction").step(scan(3.0, left=left, right=right)).command
+        assert command.w_radps == pytest.approx(sign * math.pi / 9) and command.v_mps > 0.0
+    slight = [run.step(scan(3.0, left=1.2, right=1.0)).command for run in (mended("junction"), printed())]
+    assert slight[0] == slight[1] and slight[0].w_radps > 0.0
+
+
+def test_a_fault_that_nobody_knows_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="faults rust are not known; known: side_bump"):
+        mended(*FAULTS, "rust")
