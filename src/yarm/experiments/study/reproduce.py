@@ -129,15 +129,15 @@ def explorations(options: argparse.Namespace, folder: Path) -> List[str]:
     """
     controllers = [name for name in known_controllers() if name in (options.controller or known_controllers())]
     table = table_specs(options.arenas, controllers)
-    ablation = ablation_specs(options.arenas) if "report" in controllers else []
-    mended = mended_specs(options.arenas) if "report_printed" in controllers else []
-    results, *without = (
+    less = ablation_specs(options.arenas) if "report" in controllers else []
+    better = mended_specs(options.arenas) if "report_printed" in controllers else []
+    results, ablation, mended = (
         run_trials(
             EXPLORE_TRIALS, specs, folder / "explore_trials", options.scheduler, options.workers, ProgressBar(title)
         )
-        for title, specs in (("explore", table), ("explore, ablation", ablation), ("explore, faults", mended))
+        for title, specs in (("explore", table), ("explore, ablation", less), ("explore, faults", better))
     )
-    text = write_study(results, *without, folder)
+    text = write_study(results, ablation, mended, folder)
     practice_runs(controllers, folder)
     return [text]
 
