@@ -60,11 +60,15 @@ def test_keys_tell_trials_apart() -> None:
     assert len({spec.key for spec in specs}) == 4 and all(" " not in spec.key for spec in specs)
 
 
-def test_only_report_has_behaviours_to_switch_off() -> None:
+def test_only_the_reports_have_something_to_go_without() -> None:
     params = ExploreParams(controller="nearest")
-    with pytest.raises(ValueError, match="only report has"):
+    with pytest.raises(ValueError, match="only the reports have"):
         controller_of(ExploreSpec("practice", "nearest", 0, "frontier"), params)
     assert controller_of(ExploreSpec("practice", "report", 0, "frontier"), replace(params, controller="report"))
+    spec = ExploreSpec("practice", "report_printed", 0, "side_bump+deaf")
+    assert controller_of(spec, replace(params, controller="report_printed"))
+    with pytest.raises(ValueError, match="faults rust are not known"):
+        controller_of(replace(spec, without="side_bump+rust"), params)
 
 
 def test_a_curve_holds_the_newest_share_and_stays_after_the_end() -> None:
