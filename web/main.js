@@ -61,7 +61,7 @@ function take(message) {
   live.set(found.header.kind, found);
   if (found.header.kind === "state") {
     pictures += 1;
-    if (canLive) panel.stop(found.header.stop);
+    if (canLive) panel.stop(found.header);
   }
   if (watching === "live") show(found);
   else if (found.header.kind === "events") panel.events(eventsKnown());
@@ -255,7 +255,10 @@ window.yarmConsole = {
   room: () => ({ seen: view.room.seen, marks: view.room.marks.children.length, texts: view.room.texts.length }),
   pictures: () => pictures,
   watching: () => watching,
-  film: () => ({ first_s: player.first_s, last_s: player.last_s, at_s: player.at_s, playing: player.playing, settled: !player.busy }),
+  film: () => ({
+    first_s: player.first_s, last_s: player.last_s, at_s: player.at_s, playing: player.playing, settled: !player.busy,
+    unpacked: player.unpacked.size,
+  }),
 };
 
 async function begin() {

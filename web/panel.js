@@ -46,13 +46,13 @@ export class Panel {
   /** @param actions what a press does: change(request), why(subject), seek(time_s). */
   constructor(actions) {
     this.actions = actions;
-    this.asked = "";
+    this.lines = new Map(); // of events that are listed
   }
 
   state(header) {
     const speed = header.real_time_factor === null ? "" : `, \u00D7${header.real_time_factor.toFixed(2)}`;
     $("clock").textContent = `${header.time_s.toFixed(1)} s${speed}`;
-    if (!document.body.classList.contains("past")) this.stop(header.stop);
+    if (!document.body.classList.contains("past")) this.stop(header);
     document.body.classList.toggle("roomed", Boolean(header.room));
     if (header.room) this.room(header.room);
     this.commander(header);
@@ -72,12 +72,13 @@ export class Panel {
     });
   }
 
-  stop(stop) {
+  /** Whether everything is stopped, as a state's header says; in a room the gate before the base stops it. */
+  stop({ stop, room }) {
     const latched = Boolean(stop && stop.latched);
     document.body.classList.toggle("stopped", latched);
     let words = "everything may move";
     if (latched) words = `STOPPED: ${stop.reason}`;
-    else if (!stop) words = "the safety monitor is not heard";
+    else if (!stop) words = `the ${room ? "velocity gate" : "safety monitor"} is not heard`;
     onChange("stop-state", words, (element) => (element.textContent = words));
     $("release").hidden = !latched || !$("confirm").hidden;
     if (!latched) $("confirm").hidden = true;
@@ -158,19 +159,25 @@ export class Panel {
   }
 
   events(events) {
-    const list = $("event-list");
-    const lines = events.slice(-MOST_EVENTS).reverse().map((event) => {
-      const line = document.createElement("li");
-      const when = made("button", `${event.time_s.toFixed(1)} s`);
-      when.type = "button";
-      when.title = "show the cell at that moment";
-      when.addEventListener("click", () => this.actions.seek(event.time_s));
-      line.append(when, `${MARKS[event.level]} ${event.node}: ${event.text}`);
-      if (event.times > 1) line.append(` (${event.times} times)`);
-      line.classList.toggle("bad-word", event.level === "error");
-      return line;
-    });
-    list.replaceChildren(...lines);
+    const known = this.lines;
+    this.lines = new Map();
+    for (const event of events.slice(-MOST_EVENTS).reverse()) {
+      const key = JSON.stringify(event);
+      this.lines.set(key, known.get(key) || this.line(event));
+    }
+    $("event-list").replaceChildren(...this.lines.values());
+  }
+
+  line(event) {
+    const line = document.createElement("li");
+    const when = made("button", `${event.time_s.toFixed(1)} s`);
+    when.type = "button";
+    when.title = "show the cell at that moment";
+    when.addEventListener("click", () => this.actions.seek(event.time_s));
+    line.append(when, `${MARKS[event.level]} ${event.node}: ${event.text}`);
+    if (event.times > 1) line.append(` (${event.times} times)`);
+    line.classList.toggle("bad-word", event.level === "error");
+    return line;
   }
 
   why(text) {

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from nav_msgs.msg import OccupancyGrid
 from visualization_msgs.msg import Marker, MarkerArray
+from yarm.msg import ExplorerStatus, SafetyStatus
 
 from support.room_bag import (
     CORNER_M,
@@ -26,6 +27,7 @@ from yarm.console.wire import decode
 from yarm.ros.common import names
 from yarm.ros.console.bags import film_of_bag
 from yarm.ros.console.room_book import RoomBook, draw
+from yarm.ros.console.system_book import SystemBook
 from yarm.ros.console.transforms import PoseBook
 
 
@@ -106,6 +108,24 @@ def test_a_mark_that_is_deleted_is_gone(tmp_path):
         mark.action = action
         take(MarkerArray([mark]))
         assert [each["text"] for each in decode(book.parts()["marks"].message)[0]["texts"]] == wanted
+
+
+def test_a_room_with_a_stop_is_a_room_and_says_who_stopped_it():
+    book = SystemBook(lambda _: [], print)
+
+    def state(topic, message):
+        book.routes()[topic].take(message)
+        book.heard(topic, 1.0, 1.0)
+        return decode(book.state(1.0, 1.0))[0]
+
+    assert state(names.explorer("status"), ExplorerStatus(state="exploring"))["stop"] is None
+    shown = state(names.SAFETY_STATUS, SafetyStatus(latched=True, reason="stopped by somebody"))
+    assert shown["room"]["title"] == "Exploration"
+    assert shown["stop"] == {"latched": True, "reason": "stopped by somebody"}
+    assert decode(book.state(9.0, 9.0))[0]["silent"] == [
+        f"nothing heard on {topic} for 8 s: what is shown is old"
+        for topic in (names.explorer("status"), names.SAFETY_STATUS)
+    ]
 
 
 @pytest.mark.parametrize(("width", "values"), [(0, 0), (3, 5), (100_000, 0)])

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The gate in lock-step: what it says unasked is counted, and it says nothing before there is anything to stop."""
+"""The gate in lock-step: what it says unasked is counted, nothing before there is anything to stop; a person's stop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
-from yarm.msg import InspectionStatus, StepAck
+from std_srvs.srv import SetBool
+from yarm.msg import InspectionStatus, SafetyStatus, StepAck
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.listening import ListeningTest
@@ -32,7 +33,9 @@ class VelocityGateTest(ListeningTest):
         cls.clock = rospy.Publisher("/clock", Clock, queue_size=10, tcp_nodelay=True)
         cls.lease = rospy.Publisher(names.inspector("status"), InspectionStatus, queue_size=10, tcp_nodelay=True)
         cls.wanted = rospy.Publisher(INPUT, Twist, queue_size=10, tcp_nodelay=True)
-        cls.listen((names.STEP_ACK, StepAck), (names.BASE_VELOCITY, Twist))
+        cls.listen((names.STEP_ACK, StepAck), (names.BASE_VELOCITY, Twist), (names.SAFETY_STATUS, SafetyStatus))
+        rospy.wait_for_service(names.SAFETY_STOP, cls.limit_s)
+        cls.stop = staticmethod(rospy.ServiceProxy(names.SAFETY_STOP, SetBool))
 
     def tick(self, at_s: float) -> int:
         """A moment of the clock, said until it is answered; how many words the gate says it has said unasked."""
@@ -95,6 +98,30 @@ class VelocityGateTest(ListeningTest):
     def test_it_counts_what_it_says_from_the_first_command_on_in_every_run(self) -> None:
         self.run_of(0)
         self.run_of(len(self.kept[names.BASE_VELOCITY]))
+
+    def test_on_a_persons_word_it_stops_at_once_and_passes_nothing_until_the_release(self) -> None:
+        heard, said = self.kept[names.BASE_VELOCITY], self.kept[names.SAFETY_STATUS]
+        self.begin()
+        self.turn(0.6)
+        before, own = len(heard), self.tick(1.1)
+        answer = self.stop(True)
+        self.assertTrue(answer.success)
+        self.assertIn("stopped by /gate_counts", answer.message)
+        self.wait(lambda: said and said[-1].latched, "the gate's word about the stop")
+        self.assertEqual((said[-1].reason, list(said[-1].stopped)), (answer.message, [True]))
+        self.wait(lambda: len(heard) > before, "a zero for the base, unasked")
+        self.assertGreater(self.tick(1.1), own, "what it says for a stop is counted")
+        message = Twist()
+        message.angular.z = 0.5
+        for _ in range(REPEATS):
+            count = len(heard)
+            self.grant(1.1)
+            self.wanted.publish(message)
+            self.wait(partial(self.more_than, count), "an answer to a command")
+        self.assertEqual({word.angular.z for word in heard[before:]}, {0.0})
+        self.assertTrue(self.stop(False).success)
+        self.wait(lambda: not said[-1].latched, "the gate's word about the release")
+        self.turn(0.4)
 
 
 if __name__ == "__main__":

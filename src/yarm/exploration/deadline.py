@@ -77,6 +77,7 @@ class Gate:
     def __init__(self, who: str = "explorer") -> None:
         """Closed until it is heard that the robot may move, from somebody of this name."""
         self._who = who
+        self._stopped = ""
         self.reset()
 
     def reset(self) -> None:
@@ -85,6 +86,10 @@ class Gate:
         self._command = Command()
         self._command_s = -math.inf
         self._over = False
+
+    def stop(self, reason: str) -> None:
+        """A person wants the robot to stand, whoever grants what, over a reset too; an empty reason releases it."""
+        self._stopped = reason
 
     def hear(self, lease: Lease, now_s: float) -> bool:
         """Take in a lease; the newest counts, and within a run the deadline can only come nearer.
@@ -112,6 +117,8 @@ class Gate:
     def step(self, now_s: float) -> Passed:
         """What the base is told now. Once a deadline has passed it is told to stand until :meth:`reset`."""
         objection = self._objection(now_s)
+        if self._stopped:
+            objection = f"stands: {self._stopped}"
         if objection:
             return Passed(Command(), objection)
         assert self._lease is not None

@@ -15,6 +15,7 @@ from yarm.exploration.deadline import (
     SETTLE_S,
     Gate,
     Lease,
+    Passed,
     faded,
 )
 from yarm.exploration.model import LOOP_S, Command
@@ -50,6 +51,29 @@ def test_the_base_hears_zeros_in_time_and_never_brakes_harder(v, w, phase_s):
         if now_s >= DEADLINE_S - SETTLE_S - LOOP_S:
             assert command == Command()
         now_s, last = now_s + LOOP_S, command
+
+
+def test_a_person_stops_it_over_every_lease_and_reset_until_the_release():
+    gate = opened(1.0)
+    gate.stop("stopped by somebody")
+    for at_s in (1.0, 1.2):
+        gate.hear(lease(at_s), at_s)
+        gate.want(FAST, at_s)
+        assert gate.step(at_s) == Passed(Command(), "stands: stopped by somebody")
+    gate.reset()
+    gate.hear(lease(0.5), 0.5)
+    gate.want(FAST, 0.5)
+    assert gate.step(0.5).command == Command()
+    gate.stop("")
+    assert gate.step(0.5) == Passed(FAST)
+
+
+def test_the_time_runs_out_while_a_person_holds_it():
+    gate = opened(DEADLINE_S)
+    gate.stop("stopped by somebody")
+    assert "stopped by somebody" in gate.step(DEADLINE_S).reason
+    gate.stop("")
+    assert "the time is over" in gate.step(DEADLINE_S).reason
 
 
 def test_a_gate_that_hears_nobody_is_closed():

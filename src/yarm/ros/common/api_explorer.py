@@ -108,6 +108,17 @@ TOPICS: Tuple[Topic, ...] = (
         queue=10,
         meaning="what the multiplexer lets through, on its way to the base",
     ),
+    Topic(
+        names.SAFETY_STATUS,
+        "yarm/SafetyStatus",
+        GATE,
+        f"{names.CONSOLE_NODE}, people",
+        "2 Hz, and on change",
+        names.MAP_FRAME,
+        True,
+        10,
+        "whether a person has stopped the robot, and who; nothing is measured ahead of it",
+    ),
 )
 REQUESTS = {
     "start": "begin, from idle or after a run",
@@ -117,8 +128,12 @@ REQUESTS = {
     "save_map": "save the map now",
     "return_to_start": "drive back to where the run began, and end",
 }
-SERVICES: Tuple[Service, ...] = tuple(
-    Service(names.explorer(name), "std_srvs/Trigger", EXPLORER, meaning) for name, meaning in REQUESTS.items()
+STOP = Service(
+    names.SAFETY_STOP, "std_srvs/SetBool", GATE, "true: the robot stands, until false is asked for (docs/safety.md)"
+)
+SERVICES: Tuple[Service, ...] = (
+    *(Service(names.explorer(name), "std_srvs/Trigger", EXPLORER, meaning) for name, meaning in REQUESTS.items()),
+    STOP,
 )
 
 

@@ -103,8 +103,8 @@ EVERY_TOPIC: Tuple[Topic, ...] = (
         for topic in api_navigation.EVERY_TOPIC
         if topic.name not in OWN
     ),
-    *(topic for topic in api_explorer.TOPICS if topic.name == names.GATE_INPUT),
+    *(topic for topic in api_explorer.TOPICS if topic.sender == api_explorer.GATE or topic.name == names.GATE_INPUT),
     *TOPICS,
 )
-EVERY_SERVICE: Tuple[Service, ...] = (*api_navigation.EVERY_SERVICE, *SERVICES)
+EVERY_SERVICE: Tuple[Service, ...] = (*api_navigation.EVERY_SERVICE, *SERVICES, api_explorer.STOP)
 """Of inspection.launch."""

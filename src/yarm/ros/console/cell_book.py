@@ -40,6 +40,7 @@ SENDERS = {
     names.SIM_STATUS: "simulation",
 }
 """Topics that are missed when nothing comes, and whose they are."""
+OF_ROOMS_TOO = (names.SIM_STATUS, names.SAFETY_STATUS)
 KEPT = {
     names.COMMANDER_STATUS: CommanderStatus,
     names.SAFETY_STATUS: SafetyStatus,
@@ -78,7 +79,7 @@ class CellBook:
     @property
     def active(self) -> bool:
         """Something has been heard that only a cell has."""
-        return self._version > 0 or any(topic in self._heard for topic in SENDERS if topic != names.SIM_STATUS)
+        return self._version > 0 or any(topic in self._heard for topic in SENDERS if topic not in OF_ROOMS_TOO)
 
     def routes(self) -> Mapping[str, Route]:
         """What it wants to hear now, by topic."""

@@ -13,6 +13,9 @@ from yarm.console.cell import Answer
 from yarm.ros.common import names
 from yarm.srv import StateChange, Why
 
+STOPPERS = f"{names.SAFETY_NODE} (in a room {names.GATE_NODE})"
+"""Who serves the stop."""
+
 
 class RosCell:
     """A running system by its public services. Thread-safe: each call makes a connection of its own."""
@@ -23,11 +26,11 @@ class RosCell:
 
     def stop(self) -> Answer:
         """Stop everything that moves, until ``release``."""
-        return _call(names.SAFETY_STOP, SetBool, names.SAFETY_NODE, data=True)
+        return _call(names.SAFETY_STOP, SetBool, STOPPERS, data=True)
 
     def release(self) -> Answer:
         """Let it move again."""
-        return _call(names.SAFETY_STOP, SetBool, names.SAFETY_NODE, data=False)
+        return _call(names.SAFETY_STOP, SetBool, STOPPERS, data=False)
 
     def why(self, subject: str) -> Answer:
         """Why a goal is not served, or a robot stands."""

@@ -17,11 +17,11 @@ from yarm.console.room import Marks, RoomMap
 from yarm.console.trails import Trails
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix, transform_points, yaw_of_quaternion
 from yarm.geometry.solids import Shape, Solid
-from yarm.msg import ExplorerStatus, InspectionStatus, SimStatus, TagVerdict
+from yarm.msg import ExplorerStatus, InspectionStatus, SafetyStatus, SimStatus, TagVerdict
 from yarm.robots.turtlebot import BODY_BOTTOM_M, BODY_TOP_M, HEIGHT_M, RADIUS_M, TYPE
 from yarm.ros.common import names
 from yarm.ros.common.status_age import STALE_S
-from yarm.ros.console.cell_words import finite, speed_words
+from yarm.ros.console.cell_words import finite, safety_words, speed_words
 from yarm.ros.console.routes import Route
 from yarm.ros.console.transforms import PoseBook
 
@@ -65,6 +65,7 @@ class RoomBook:
             names.SCAN: LaserScan,
             names.PARTICLE_CLOUD: PoseArray,
             names.SIM_STATUS: SimStatus,
+            names.SAFETY_STATUS: SafetyStatus,
             **dict.fromkeys(WAYS, Path),
             **STATUSES,
         }
@@ -113,8 +114,7 @@ class RoomBook:
             "commander": None,
             "buttons": [],
             "tasks": [],
-            "stop": None,
-            "robots": [],
+            **safety_words(self._newest.get(names.SAFETY_STATUS)),
             "arms": [],
             "room": self._words(),
             **speed_words(self._newest.get(names.SIM_STATUS)),
@@ -210,7 +210,7 @@ class RoomBook:
 
     def _silences(self, now_s: float, wall_s: float) -> List[str]:
         said = []
-        for topic in (*STATUSES, names.SCAN):
+        for topic in (*STATUSES, names.SCAN, names.SAFETY_STATUS):
             heard = self._heard.get(topic)
             if heard is not None and min(wall_s - heard[0], abs(now_s - heard[1])) > STALE_S:
                 said.append(f"nothing heard on {topic} for {wall_s - heard[0]:.0f} s: what is shown is old")

@@ -2,10 +2,14 @@
 
 It answers every command with one of its own, and says zero again and again while none comes: a dead explorer, or a dead
 multiplexer, means zero, and a dead gate leaves the base without commands, which stops it too.
+
+It serves ``safety/stop``, as the safety monitor does in a cell: a person stops the robot until it is released, and
+``safety/status`` says so.
 """
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Mapping, Tuple, Type, Union
 
@@ -15,7 +19,8 @@ from rosgraph_msgs.msg import Clock
 
 from yarm.exploration.deadline import COMMAND_AGE_S, Gate, Lease, Passed
 from yarm.exploration.model import LOOP_S, Command
-from yarm.msg import ExplorerStatus, InspectionStatus, StepAck
+from yarm.msg import ExplorerStatus, InspectionStatus, SafetyStatus, StepAck
+from yarm.robots.turtlebot import TYPE
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper
@@ -23,9 +28,12 @@ from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.exploration.params import GateParams
+from yarm.ros.safety.stop import StopService
 
 SILENT_S = COMMAND_AGE_S + LOOP_S
 """When no command has come for so long the gate speaks by itself, every pass of the explorer's loop, s."""
+STATUS_S = 0.5
+"""Simulated time between two words about a person's stop, s; at once when it begins or ends."""
 
 
 NEVER_S = 1e9
@@ -60,6 +68,10 @@ class VelocityGate:
         self._door = Doorkeeper(topic)
         self._base = rospy.Publisher(names.BASE_VELOCITY, Twist, queue_size=10, tcp_nodelay=True)
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
+        self._status = rospy.Publisher(names.SAFETY_STATUS, SafetyStatus, queue_size=10, latch=True)
+        with self._lock:  # nobody's call is answered before the gate knows of it
+            self._stop = StopService(self._on_stop)
+            self._gate.stop(self._stop.reason)
         self._input = rospy.Subscriber("~input", Twist, self._on_command, queue_size=10, tcp_nodelay=True)
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
@@ -70,6 +82,7 @@ class VelocityGate:
         """Nothing was wanted yet, and nothing said."""
         self._now_s, self._sent_s = 0.0, 0.0
         self._own, self._asked = 0, False
+        self._said_s = -math.inf
 
     def _on_status(self, message: Said) -> None:
         lease = lease_of(message)
@@ -89,19 +102,39 @@ class VelocityGate:
             self._now_s = message.clock.to_sec()
             passed = self._gate.step(self._now_s)
             since_s = self._now_s - self._sent_s
-            if self._may_speak() and (since_s >= SILENT_S or (passed.reason and passed.reason != self._reason)):
-                self._own += 1
-                self._send(passed)
+            if since_s >= SILENT_S or (passed.reason and passed.reason != self._reason):
+                self._speak(passed)
+            if self._now_s - self._said_s >= STATUS_S:
+                self._tell_stop()
             if self._sync:
                 self._acknowledge(message.clock)
 
-    def _may_speak(self) -> bool:
-        """In lock-step not before the first command; the base stands till then.
+    def _on_stop(self) -> None:
+        """A person has stopped the robot or released it: the base hears of a stop at once."""
+        with self._lock:
+            self._gate.stop(self._stop.reason)
+            self._now_s = max(self._now_s, rospy.get_time())
+            if self._stop.reason:
+                self._speak(self._gate.step(self._now_s))
+            self._tell_stop()
+
+    def _tell_stop(self) -> None:
+        reason = self._stop.reason
+        message = SafetyStatus(robots=[TYPE], clearance_m=[math.inf], nearest=[""], stopped=[bool(reason)])
+        message.header.stamp, message.header.frame_id = rospy.Time.from_sec(self._now_s), names.MAP_FRAME
+        message.reason, message.latched = reason, bool(reason)
+        self._said_s = self._now_s
+        self._status.publish(message)
+
+    def _speak(self, passed: Passed) -> None:
+        """Say unasked what the gate lets through; in lock-step not before the first command, the base stands till then.
 
         A word said while the base connects may be lost, or heard without being counted. The base would wait for one
         command too many, or too few, ever after.
         """
-        return self._asked or not self._sync
+        if self._asked or not self._sync:
+            self._own += 1
+            self._send(passed)
 
     def _acknowledge(self, stamp: rospy.Time) -> None:
         """Lock-step: this tick is done, as soon as the node is connected on all sides; what it said unasked counts."""
