@@ -18,7 +18,7 @@ from yarm.geometry.solids import Solid
 from yarm.manipulation.clearing.arm_work import DROP_TILTS, LIFT_M, PIECE_M
 from yarm.manipulation.clearing.floor_space import BASE_X_M, BASE_Y_M
 from yarm.manipulation.clearing.mission import FloorMission
-from yarm.manipulation.clearing.play import FloorPlayed, FloorRobot, play_mission
+from yarm.manipulation.clearing.play import FloorPlayed, FloorRobot, Watch, play_mission, unwatched
 from yarm.manipulation.clearing.reachability import ReachMap, reach_map
 from yarm.sim.engine.youbot_floor import YoubotFloor
 from yarm.sim.scenes.youbot_floor import HALF_M, FloorScene
@@ -38,13 +38,14 @@ class ClearingResult:
     played: FloorPlayed
 
 
-def clearing(scene: FloorScene, seed: int, say: Callable[[str], None]) -> ClearingResult:
+def clearing(scene: FloorScene, seed: int, say: Callable[[str], None], watch: Watch = unwatched) -> ClearingResult:
     """The youBot clears a floor by itself.
 
     Args:
         scene: as the file has it; another seed than 0 lays the debris elsewhere.
         seed: of the debris, the slip, what is seen and the planner.
         say: is told what it does.
+        watch: looks on.
 
     Raises:
         MissionError: it cannot begin.
@@ -52,7 +53,7 @@ def clearing(scene: FloorScene, seed: int, say: Callable[[str], None]) -> Cleari
     scene = scene.varied(seed)
     mission = FloorMission(scene, seed=seed, say=say)
     with YoubotFloor(scene, mission.carry, seed) as world:
-        played = play_mission(world, mission, FloorRobot(world, seed))
+        played = play_mission(world, mission, FloorRobot(world, seed), watch=watch)
     rows: Rows = [
         (
             name,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, List, Optional, Sequence
+from typing import Callable, List, Optional, Protocol, Sequence
 
 import yaml
 
@@ -14,17 +15,42 @@ from yarm.experiments.coursework.clearing import clearing, draw_clearing
 from yarm.experiments.coursework.pictures import draw_coverage, draw_obstacles, draw_tour
 from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
 from yarm.experiments.run.tables import text_table
-from yarm.manipulation.clearing.mission import MissionError
+from yarm.manipulation.clearing.mission import Command, MissionError
+from yarm.manipulation.clearing.play import unwatched
 from yarm.manipulation.motion.checkpoints import ArmScene, CheckpointError, load_arm_scene
 from yarm.manipulation.motion.tour import TourError
 from yarm.manipulation.motion.trajectory import Trajectory, TrajectoryError
 from yarm.resources import resource
+from yarm.sim.engine.youbot_floor import YoubotFloor
 from yarm.sim.scenes.youbot_floor import FloorScene, load_floor_scene
 from yarm.yaml_fields import SceneError
 
 Log = Callable[[str], None]
 Load = Callable[[Path], ArmScene]
 Save = Callable[[Trajectory, Path], Path]
+
+
+class Watcher(Protocol):
+    """Looks on while the youBot clears its floor, and leaves a file in the results' folder."""
+
+    def __call__(self, world: YoubotFloor, command: Command) -> None:
+        """After each tick: the world, and what the robot was told."""
+
+    def write(self, folder: Path) -> Path:
+        """Leave the file; which it is."""
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """What a run leaves beside its summary and pictures.
+
+    Attributes:
+        motion: keeps the tour's motion in a folder, and gives the file; None: it is not kept.
+        film: looks on while the floor is cleared; None: nobody does.
+    """
+
+    motion: Optional[Save] = None
+    film: Optional[Watcher] = None
 
 
 def parser() -> argparse.ArgumentParser:
@@ -43,13 +69,13 @@ def parser() -> argparse.ArgumentParser:
     return options
 
 
-def main(arguments: Optional[Sequence[str]] = None, load: Load = load_arm_scene, save: Optional[Save] = None) -> int:
+def main(arguments: Optional[Sequence[str]] = None, load: Load = load_arm_scene, keeping: Keeping = Keeping()) -> int:
     """Run every task; 0 when all is as it must be, 1 when something is not, 2 for a scene that cannot be read.
 
     Args:
         arguments: of the command line; None for the process' own.
         load: reads a scene.
-        save: keeps the tour's motion in a folder, and gives the file.
+        keeping: what is left beside summary and pictures.
     """
     options = parser().parse_args(arguments)
 
@@ -68,7 +94,7 @@ def main(arguments: Optional[Sequence[str]] = None, load: Load = load_arm_scene,
         return 2
     try:
         folder = options.results / "coursework" / str(options.seed)
-        results = run(scenes[0], scenes[1], youbot, options.seed, folder, say, save)
+        results = run(scenes[0], scenes[1], youbot, options.seed, folder, say, keeping)
     except (TourError, TrajectoryError, MissionError) as error:
         sys.stderr.write(f"coursework: {error}\n")
         return 1
@@ -82,7 +108,7 @@ def run(
     seed: int,
     folder: Path,
     say: Log,
-    save: Optional[Save] = None,
+    keeping: Keeping = Keeping(),
 ) -> List[TaskResult]:
     """Run every task, draw its pictures and write ``summary.yaml``.
 
@@ -93,7 +119,7 @@ def run(
         seed: see the option.
         folder: where results go.
         say: is told what is done, line by line.
-        save: keeps the tour's motion in the folder.
+        keeping: what is left beside summary and pictures.
 
     Raises:
         TourError: nothing of a scene can be reached.
@@ -111,7 +137,7 @@ def run(
     progress(f"tour of {len(tour_scene.checkpoints)} checkpoints")
     tour = tours(tour_scene)
     pictures = [draw_tour(tour, tour_scene, folder / "tour.png")]
-    saved = [] if save is None else [save(tour.motion, folder)]
+    files = [] if keeping.motion is None else [f"motion: {keeping.motion(tour.motion, folder)}"]
     progress(
         f"{len(obstacle_scene.checkpoints)} checkpoints among {len(obstacle_scene.obstacles)} obstacles, in physics"
     )
@@ -121,11 +147,12 @@ def run(
     floor = floors()
     pictures.append(draw_coverage(floor, folder / "coverage.png"))
     progress(f"the youBot clears {len(youbot_scene.debris)} pieces from its floor, in physics")
-    cleared = clearing(youbot_scene, seed, say)
+    cleared = clearing(youbot_scene, seed, say, keeping.film or unwatched)
+    if keeping.film is not None:
+        files.append(f"film: {keeping.film.write(folder)}")
     pictures.append(draw_clearing(cleared, folder / "clearing.png"))
     results += [tour.task, among.task, floor.task, cleared.task]
-    files = [*(f"picture: {picture}" for picture in pictures), *(f"motion: {file}" for file in saved)]
-    _tell(results, seed, files, say)
+    _tell(results, seed, [*(f"picture: {picture}" for picture in pictures), *files], say)
     _summarise(results, seed, folder)
     return results
 

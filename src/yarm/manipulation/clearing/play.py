@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -104,7 +104,21 @@ class FloorRobot:
         return seen
 
 
-def play_mission(world: YoubotFloor, mission: FloorMission, robot: FloorRobot, limit_s: float = LIMIT_S) -> FloorPlayed:
+Watch = Callable[[YoubotFloor, Command], None]
+"""What looks on: it is given the world after each tick, and what the robot was told."""
+
+
+def unwatched(world: YoubotFloor, command: Command) -> None:
+    """Nobody looks."""
+
+
+def play_mission(
+    world: YoubotFloor,
+    mission: FloorMission,
+    robot: FloorRobot,
+    limit_s: float = LIMIT_S,
+    watch: Watch = unwatched,
+) -> FloorPlayed:
     """Play a mission to its end.
 
     Args:
@@ -112,6 +126,7 @@ def play_mission(world: YoubotFloor, mission: FloorMission, robot: FloorRobot, l
         mission: what is to be done.
         robot: eyes and hands there.
         limit_s: simulated time after which it is broken off.
+        watch: looks on.
 
     Raises:
         MissionError: it cannot begin.
@@ -123,6 +138,7 @@ def play_mission(world: YoubotFloor, mission: FloorMission, robot: FloorRobot, l
         command = next(work)
         while world.time_s < limit_s:
             robot.tell(command)
+            watch(world, command)
             reading = robot.read()
             track.append((reading.base.x, reading.base.y, reading.base.yaw_rad))
             command = work.send(reading)

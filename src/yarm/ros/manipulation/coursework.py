@@ -1,10 +1,11 @@
-"""``rosrun yarm coursework`` with bags: checkpoints may come from one, and the tour's motion goes into one."""
+"""``rosrun yarm coursework`` with bags and a film: checkpoints may come from a bag, the tour's motion goes into one."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Optional, Sequence
 
+from yarm.console.floor_film import FloorFilm
 from yarm.experiments.coursework import cli
 from yarm.manipulation.motion.checkpoints import ArmScene, load_arm_scene
 from yarm.ros.manipulation.bags import read_checkpoints, write_motion
@@ -19,4 +20,4 @@ def load(path: Path) -> ArmScene:
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """The command; see ``yarm.experiments.coursework.cli.main``."""
-    return cli.main(arguments, load, write_motion)
+    return cli.main(arguments, load, cli.Keeping(write_motion, FloorFilm("coursework")))

@@ -73,11 +73,16 @@ class YoubotFloor:
 
     def piece(self, name: str) -> FloatArray:
         """T_world_piece (4, 4) of a piece's middle."""
+        at = self.piece_pose(name)
+        return np.asarray(transform_matrix(at[:3], at[3:]))
+
+    def piece_pose(self, name: str) -> Tuple[float, ...]:
+        """The same as x, y, z, metres, and a quaternion x, y, z, w."""
         at = pybullet.getBasePositionAndOrientation(self._pieces[name], physicsClientId=self.client)
         # The engine speaks of the centre of mass, which lies under the middle.
         info = pybullet.getDynamicsInfo(self._pieces[name], -1, physicsClientId=self.client)
-        T_middle_com = transform_matrix(info[3], info[4])
-        return np.asarray(transform_matrix(*at) @ np.linalg.inv(T_middle_com))
+        middle = pybullet.multiplyTransforms(*at, *pybullet.invertTransform(info[3], info[4]))
+        return (*middle[0], *middle[1])
 
     def held(self) -> str:
         """Name of the piece that hangs on the cup; empty without one."""

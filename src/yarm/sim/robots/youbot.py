@@ -111,6 +111,13 @@ class Youbot:
         turn = transform_matrix(state[4], state[5])
         return Pose2(float(turn[0, 3]), float(turn[1, 3]), math.atan2(turn[1, 0], turn[0, 0]))
 
+    def link_frames(self) -> Dict[str, Tuple[float, ...]]:
+        """The frame of each link but the root: x, y, z, metres, world, and its quaternion x, y, z, w."""
+        states = pybullet.getLinkStates(
+            self.uid, list(range(len(self.links) - 1)), computeForwardKinematics=True, physicsClientId=self._client
+        )
+        return {name: (*state[4], *state[5]) for name, state in zip(self.links, states)}
+
     def joints(self) -> FloatArray:
         """Mechanical angles (5,), rad, where the motors have them."""
         states = pybullet.getJointStates(self.uid, self._joints, physicsClientId=self._client)

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 import yaml
 
+from yarm.console.film import Film
+from yarm.console.floor_film import FloorFilm
+from yarm.console.results import FILM
 from yarm.experiments.coursework.clearing import clearing
-from yarm.experiments.coursework.cli import main, run
+from yarm.experiments.coursework.cli import Keeping, main, run
 from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
 from yarm.geometry import transform_matrix
 from yarm.geometry.solids import Shape, Solid
@@ -33,7 +36,8 @@ def cell(result: TaskResult, row: str, column: int) -> str:
 
 def test_the_whole_demo_succeeds_and_leaves_pictures_and_a_summary(tmp_path: Path) -> None:
     said: List[str] = []
-    results = run(TOUR, AMONG, replace(FLOOR, debris=FLOOR.debris[1:2]), 3, tmp_path, said.append)
+    keeping = Keeping(film=FloorFilm("floor"))
+    results = run(TOUR, AMONG, replace(FLOOR, debris=FLOOR.debris[1:2]), 3, tmp_path, said.append, keeping)
     assert [fault for result in results for fault in result.faults] == []
     text = "\n".join(said)
     assert "coursework, seed 3: SUCCESS" in text
@@ -45,6 +49,9 @@ def test_the_whole_demo_succeeds_and_leaves_pictures_and_a_summary(tmp_path: Pat
     (piece, together) = summary["tasks"]["the youBot's floor, in physics"]
     assert (piece["1 pieces"], piece["by ground truth"]) == ("debris_2", "in the bin")
     assert together["most on the cup"].endswith(" N")
+    assert f"film: {tmp_path / FILM}" in text
+    film = Film.read(tmp_path / FILM).index()["blocks"]
+    assert film[-1]["last_s"] == pytest.approx(float(together["by ground truth"].split()[0]), abs=1.0)
     rows = {row["method"]: row for row in summary["tasks"]["obstacle task, in physics"]}
     assert rows["yarm"]["reached"] == "5 of 5"
     assert rows["yarm"]["touches"] == "0"
