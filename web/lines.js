@@ -62,14 +62,14 @@ export class Lines {
       }
     }
     position.needsUpdate = color.needsUpdate = true;
-    if (layer.dashed) layer.segments.computeLineDistances();
+    if (layer.dashed) measure(geometry, vertices);
   }
 
   reserve(layer, capacity) {
     layer.segments.geometry.dispose();
     layer.segments.geometry = new THREE.BufferGeometry();
-    for (const name of ["position", "color"]) {
-      layer.segments.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * capacity), 3));
+    for (const [name, size] of [["position", 3], ["color", 3], ["lineDistance", 1]]) {
+      layer.segments.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(size * capacity), size));
     }
     layer.capacity = capacity;
   }
@@ -77,4 +77,17 @@ export class Lines {
   show(layers) {
     for (const [name, layer] of Object.entries(this.layers)) layer.segments.visible = layers[name];
   }
+}
+
+/** What dashes are laid by: the length so far. In place, as three's own makes another buffer for each picture. */
+function measure(geometry, vertices) {
+  const { position, lineDistance } = geometry.attributes;
+  const at = position.array;
+  for (let i = 0; i < vertices; i += 2) {
+    const before = i === 0 ? 0 : lineDistance.array[i - 1];
+    const length = Math.hypot(at[3 * i + 3] - at[3 * i], at[3 * i + 4] - at[3 * i + 1], at[3 * i + 5] - at[3 * i + 2]);
+    lineDistance.array[i] = before;
+    lineDistance.array[i + 1] = before + length;
+  }
+  lineDistance.needsUpdate = true;
 }

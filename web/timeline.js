@@ -45,14 +45,17 @@ export class Timeline {
 
   mark(events, first_s, last_s) {
     const shown = events.filter((event) => event.level !== "info" && event.time_s >= first_s && event.time_s <= last_s).slice(-MOST_MARKS);
-    const key = `${first_s} ${last_s} ${shown.length}`;
-    if (key === this.marked) return;
+    const marks = $("marks");
+    marks.style.setProperty("--first", first_s);
+    marks.style.setProperty("--span", Math.max(last_s - first_s, STEP_S));
+    const key = shown.map((event) => event.time_s).join(" ");
+    if (key === this.marked) return; // the bar grows with each picture: what is on it moves by itself
     this.marked = key;
-    $("marks").replaceChildren(...shown.map((event) => {
+    marks.replaceChildren(...shown.map((event) => {
       const mark = document.createElement("i");
       mark.className = event.level;
       mark.title = `${event.time_s.toFixed(1)} s ${event.node}: ${event.text}`;
-      mark.style.left = `${(100 * (event.time_s - first_s)) / Math.max(last_s - first_s, STEP_S)}%`;
+      mark.style.setProperty("--at", event.time_s);
       return mark;
     }));
   }
