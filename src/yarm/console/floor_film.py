@@ -126,7 +126,7 @@ def facts_of(world: YoubotFloor) -> List[List[str]]:
     """How far it has come, as names and values."""
     pieces = [piece.name for piece in world.scene.debris]
     force_n = max(world.robot.cup.press_n().values(), default=0.0)
-    joints = ", ".join(f"{np.degrees(angle):.0f}\u00b0" for angle in world.robot.joints())
+    joints = ", ".join(f"{round(float(np.degrees(angle)))}\u00b0" for angle in world.robot.joints())
     return [
         ["in the bin", f"{sum(map(world.in_bin, pieces))} of {len(pieces)} pieces"],
         ["on the cup", world.held() or "nothing"],
