@@ -38,7 +38,7 @@ Amcl::Amcl(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle)
   check(params_.localiser);
   const std::string unused = changedNames(params_.unused);
   if (!unused.empty()) {
-    ROS_INFO_STREAM("amcl: set, but without effect here (they steer AMCL's particle filter): " << unused);
+    ROS_INFO_STREAM("amcl: set, but without effect here (they are for AMCL's particle filter and tools): " << unused);
   }
   handle_.setCallbackQueue(&Executor::instance().queue());
   ros::NodeHandle own(private_handle);

@@ -288,7 +288,9 @@ class AmclTest(unittest.TestCase):
 
     def test_9_parameters_without_effect_are_named(self) -> None:
         command = [str(PROGRAMS / "amcl"), "__name:=amcl_idle", "_kld_err:=0.5", "_odom_model_type:=omni"]
-        said = "set, but without effect here (they steer AMCL's particle filter): kld_err, odom_model_type"
+        command += ["_std_warn_level_x:=0.5", "_bag_scan_period:=-1.0"]
+        named = "kld_err, odom_model_type, std_warn_level_x"
+        said = f"set, but without effect here (they are for AMCL's particle filter and tools): {named}"
         elsewhere = [f"{name}:=idle/{name}" for name in ("scan", "map", "global_localization")]
         child = subprocess.Popen([*command, *elsewhere], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         try:
@@ -298,6 +300,7 @@ class AmclTest(unittest.TestCase):
             child.send_signal(signal.SIGINT)
             output, _ = child.communicate(timeout=LIMIT_S)
         self.assertIn(said, output)
+        self.assertNotIn("bag_scan_period", output, "it has its own value")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@
 
 namespace yarm {
 
-/// AMCL's parameters that steer its particle filter: taken, checked for their type, and without effect.
+/// AMCL's parameters that steer its particle filter, and its tools': taken, checked for their type, without effect.
 struct AmclFilterParams {
   bool use_map_topic = true, do_beamskip = false, selective_resampling = false;
   int min_particles = 100, resample_interval = 2;
@@ -19,6 +19,8 @@ struct AmclFilterParams {
          laser_lambda_short = 0.1, laser_likelihood_max_dist = 2.0;
   double recovery_alpha_slow = 0.0, recovery_alpha_fast = 0.0, save_pose_rate = 0.5;
   double beam_skip_distance = 0.5, beam_skip_threshold = 0.3, beam_skip_error_threshold = 0.9;
+  double std_warn_level_x = 0.2, std_warn_level_y = 0.2, std_warn_level_yaw = 0.1, bag_scan_period = -1.0;
+  bool restore_defaults = false;
 
   /// Tells `visit` of each parameter: name, value, unit, what is allowed, meaning; docs/parameters.md is made of it.
   template <class Self, class Visitor>
@@ -52,9 +54,15 @@ struct AmclFilterParams {
     visit("beam_skip_distance", p.beam_skip_distance, "", any, kUnused);
     visit("beam_skip_threshold", p.beam_skip_threshold, "", any, kUnused);
     visit("beam_skip_error_threshold", p.beam_skip_error_threshold, "", any, kUnused);
+    visit("std_warn_level_x", p.std_warn_level_x, "", any, kTools);
+    visit("std_warn_level_y", p.std_warn_level_y, "", any, kTools);
+    visit("std_warn_level_yaw", p.std_warn_level_yaw, "", any, kTools);
+    visit("bag_scan_period", p.bag_scan_period, "", any, kTools);
+    visit("restore_defaults", p.restore_defaults, "", text, kTools);
   }
   /// What is said of each of them.
   static constexpr char kUnused[] = "AMCL's particle filter; without effect here";
+  static constexpr char kTools[] = "AMCL's diagnostics, bags and reconfiguring; without effect here";
 };
 
 /// Parameters of node amcl.
