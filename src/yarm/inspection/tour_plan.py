@@ -12,7 +12,6 @@ from yarm.geometry import FloatArray, Pose2
 from yarm.inspection.boxes import Box
 from yarm.inspection.times import DriveTimes
 from yarm.inspection.tour import MOST_EXACT, Tour, largest_tour
-from yarm.inspection.tour_search import searched_tour
 from yarm.inspection.viewpoints import Gap, Viewpoint, viewpoint
 
 DISTANCES_M = (0.45, 0.55, 0.65, 0.8, 0.95)
@@ -191,8 +190,11 @@ class Planner:
             costs[i, n] = self._times(pose, [home])[0]
         costs[n] = self._times(here, [*poses, home]) + np.array([*prices, 0.0])
         box_of = [view.box for view in views]
-        solve = largest_tour if len(set(box_of)) <= MOST_EXACT else searched_tour
-        return solve(costs, box_of, budget.fits, worth)
+        if len(set(box_of)) <= MOST_EXACT:
+            return largest_tour(costs, box_of, budget.fits, worth)
+        from yarm.inspection.tour_search import searched_tour  # OR-tools is slow to import  # noqa: PLC0415
+
+        return searched_tour(costs, box_of, budget.fits, worth)
 
     def _times(self, start: Pose2, goals: Sequence[Pose2]) -> FloatArray:
         lengths = self._lengths(start, goals)

@@ -11,17 +11,12 @@ import yaml
 from yarm.experiments.explore.cost import RunCost
 from yarm.experiments.explore.measures import SHARES, Measures
 from yarm.experiments.explore.record import CoverageRow, ExploreRecord, PathRow, TouchRow
-from yarm.experiments.run.writers import plain_values, room_run_folder, write_events, write_rows
+from yarm.experiments.run.writers import plain_values, write_events, write_rows
 from yarm.navigation.map_file import write_map
 
 TABLES = ("coverage", "path", "bumps", "events")
 FILES = ("summary.yaml", "map.pgm", "map.yaml", *(f"{name}.csv" for name in TABLES))
 TARGET_SHARE = SHARES[-1]
-
-
-def run_folder(results: Path, arena: str, controller: str, seed: int) -> Path:
-    """Folder of a run below the results: explore/<arena>/<controller>/<seed>; of a file's arena its stem."""
-    return room_run_folder(results, "explore", arena, controller, seed)
 
 
 def write_exploration(

@@ -16,9 +16,10 @@ from yarm.experiments.inspect.runner import parameters_of, run_round
 from yarm.experiments.inspect.trial import KINEMATIC, NUMBERS, PHYSICS, InspectResult, InspectSpec
 from yarm.experiments.inspect.trials import FAULT_TRIALS, INSPECT_TRIALS
 from yarm.experiments.inspect.viewpoint_figure import write_viewpoints
-from yarm.experiments.inspect.writers import run_folder, write_inspection
+from yarm.experiments.inspect.writers import write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.run.versions import package_versions
+from yarm.experiments.run.writers import inspect_folder
 from yarm.experiments.statistics import percentile
 from yarm.experiments.study.runner import Progress, run_trials
 from yarm.inspection.model import OURS, REPORT
@@ -188,7 +189,7 @@ def practice(folder: Path) -> List[str]:
     records = [run_round(layout, controller, PRACTICE_SEED) for controller in PAIRED]
     for record in records:
         info = record.info
-        run = run_folder(folder, info.layout, info.controller, info.seed)
+        run = inspect_folder(folder, info.layout, info.controller, info.seed)
         write_inspection(record, layout.arena, run, parameters_of(info.controller), package_versions())
     return [
         write_practice(records, layout.arena, folder),

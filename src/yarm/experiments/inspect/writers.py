@@ -14,7 +14,7 @@ from yarm.experiments.inspect.measures import Measures, faults_of, measure
 from yarm.experiments.inspect.pictures import plot_round
 from yarm.experiments.inspect.proof import write_proof
 from yarm.experiments.inspect.record import LookRecord, OrderRow, PathRow, RoundRecord, TouchRow, reading_words
-from yarm.experiments.run.writers import plain_values, room_run_folder, write_events, write_rows
+from yarm.experiments.run.writers import plain_values, write_events, write_rows
 from yarm.inspection.model import OURS, Verdict
 from yarm.inspection.result_file import lines_of
 from yarm.sim.scenes.arena import Arena
@@ -150,11 +150,6 @@ class ReportViewRow:
     predicted_deg: float
     corners: str
     rejection: str
-
-
-def run_folder(results: Path, layout: str, controller: str, seed: int) -> Path:
-    """Folder of a run below the results: inspect/<layout>/<controller>/<seed>; of a file's layout its stem."""
-    return room_run_folder(results, "inspect", layout, controller, seed)
 
 
 def write_inspection(

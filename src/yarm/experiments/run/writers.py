@@ -26,10 +26,18 @@ def is_finished(folder: Path) -> bool:
     return summary.is_file() and CUT_SHORT not in summary.read_text()
 
 
-def room_run_folder(results: Path, kind: str, room: str, controller: str, seed: int) -> Path:
-    """Folder of a run in a room below the results: <kind>/<room>/<controller>/<seed>; of a room's file its stem."""
-    name = Path(room).stem if room.endswith(".yaml") else room
-    return results / kind / name / controller / str(seed)
+def explore_folder(results: Path, arena: str, controller: str, seed: int) -> Path:
+    """Folder of a run below the results: explore/<arena>/<controller>/<seed>; of a file's arena its stem."""
+    return results / "explore" / _stem(arena) / controller / str(seed)
+
+
+def inspect_folder(results: Path, layout: str, controller: str, seed: int) -> Path:
+    """Folder of a run below the results: inspect/<layout>/<controller>/<seed>; of a file's layout its stem."""
+    return results / "inspect" / _stem(layout) / controller / str(seed)
+
+
+def _stem(room: str) -> str:
+    return Path(room).stem if room.endswith(".yaml") else room
 
 
 def write_run(record: RunRecord, folder: Path) -> None:

@@ -21,10 +21,11 @@ from yarm.experiments.explore.slam_study import slam_explorations
 from yarm.experiments.explore.study import ablation_specs, known_controllers, mended_specs, table_specs
 from yarm.experiments.explore.trial import ExploreSpec, judge_of, run_record
 from yarm.experiments.explore.trials import EXPLORE_TRIALS
-from yarm.experiments.explore.writers import run_folder, write_exploration
+from yarm.experiments.explore.writers import write_exploration
 from yarm.experiments.inspect.study import add_options as inspect_options
 from yarm.experiments.inspect.study import inspections
 from yarm.experiments.run.missions import run_missions
+from yarm.experiments.run.writers import explore_folder
 from yarm.experiments.study.design import PLANNERS, Study, single_study, table_study
 from yarm.experiments.study.physics_sample import run_sample, sample_specs, write_sample
 from yarm.experiments.study.report import plot_rates, plot_waypoints, write_planning_times, write_table, write_trials
@@ -148,7 +149,7 @@ def practice_runs(controllers: Sequence[str], folder: Path) -> None:
     records = []
     for name in (name for name in MAPPED_IN_PRACTICE if name in controllers):
         record = run_record(ExploreSpec("practice", name, 0), judge)
-        run = run_folder(folder, record.arena, record.controller, record.seed)
+        run = explore_folder(folder, record.arena, record.controller, record.seed)
         write_exploration(record, measure(record, judge), run)
         plot_exploration(record, judge.arena, run)
         records.append(record)

@@ -19,10 +19,9 @@ import yaml
 
 from yarm.commander.params import Execution, Removal
 from yarm.experiments.cells.outcome import cell_line, kind_of, read_cell
-from yarm.experiments.explore.writers import run_folder as explore_folder
-from yarm.experiments.inspect.writers import run_folder as inspect_folder
 from yarm.experiments.run.cases import case_of
 from yarm.experiments.run.repeat import write_arguments
+from yarm.experiments.run.writers import explore_folder, inspect_folder
 from yarm.planning.fleet.problem import FINER_TURNS_DEG
 from yarm.planning.model.hidden import HiddenPolicy
 from yarm.planning.model.params import PlannerParams

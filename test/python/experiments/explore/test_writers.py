@@ -16,8 +16,9 @@ from yarm.experiments.explore.judge import Judge
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.pictures import PICTURES, plot_exploration
 from yarm.experiments.explore.record import CoverageRow, TouchRow
-from yarm.experiments.explore.writers import FILES, run_folder, success, summary_of, write_exploration
+from yarm.experiments.explore.writers import FILES, success, summary_of, write_exploration
 from yarm.experiments.run.record import NodeUsage
+from yarm.experiments.run.writers import explore_folder
 from yarm.exploration.model import Event
 from yarm.geometry import Pose2
 from yarm.navigation.map_file import read_map
@@ -37,7 +38,7 @@ RUN = record_of(
 
 def test_everything_of_a_run_is_written_and_read_back(tmp_path: Path) -> None:
     measures = measure(RUN, JUDGE)
-    folder = run_folder(tmp_path, "room", "made_up", 3)
+    folder = explore_folder(tmp_path, "room", "made_up", 3)
     write_exploration(RUN, measures, folder, {"controller": "made_up"}, {"yarm": "0"})
     assert folder == tmp_path / "explore" / "room" / "made_up" / "3"
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
@@ -91,4 +92,4 @@ def test_pictures_are_drawn_also_of_a_turned_map(tmp_path: Path) -> None:
 
 
 def test_an_arena_of_a_file_is_named_after_it(tmp_path: Path) -> None:
-    assert run_folder(tmp_path, "my/hall.yaml", "yarm", 0) == tmp_path / "explore" / "hall" / "yarm" / "0"
+    assert explore_folder(tmp_path, "my/hall.yaml", "yarm", 0) == tmp_path / "explore" / "hall" / "yarm" / "0"

@@ -9,7 +9,8 @@ from typing import Any, Dict, List
 import yaml
 
 from python.experiments.inspect_samples import SMALL, ours, report, told
-from yarm.experiments.inspect.writers import FILES, REPORT_FILES, run_folder, write_inspection
+from yarm.experiments.inspect.writers import FILES, REPORT_FILES, write_inspection
+from yarm.experiments.run.writers import inspect_folder
 from yarm.inspection.model import UNKNOWN, UNSEEN
 
 
@@ -19,7 +20,7 @@ def rows_of(path: Path) -> List[Dict[str, Any]]:
 
 
 def test_everything_of_our_round_is_written(tmp_path: Path) -> None:
-    folder = run_folder(tmp_path, "open_0", "yarm", 1)
+    folder = inspect_folder(tmp_path, "open_0", "yarm", 1)
     write_inspection(ours(), SMALL.arena, folder, {"round": {"views": 3}}, {"numpy": "1"})
     assert folder == tmp_path / "inspect" / "open_0" / "yarm" / "1"
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
@@ -70,4 +71,4 @@ def test_what_went_wrong_is_in_the_summary(tmp_path: Path) -> None:
 
 
 def test_a_file_s_layout_goes_into_a_folder_of_its_stem() -> None:
-    assert run_folder(Path("r"), "some/where/mine.yaml", "yarm", 0) == Path("r/inspect/mine/yarm/0")
+    assert inspect_folder(Path("r"), "some/where/mine.yaml", "yarm", 0) == Path("r/inspect/mine/yarm/0")
