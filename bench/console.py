@@ -2,12 +2,15 @@
 """What the console costs: its server with one page at ten pictures a second, and the memory of a page left open.
 
     python3 bench/console.py cost --address http://127.0.0.1:8470 [--seconds 60]
-    python3 bench/console.py page --film results/2m1ma_bin/3/run.film [--minutes 60] [--csv bench/data/console_page.csv]
+    python3 bench/console.py page --film results/2m1ma_bin/3/run.film [--csv bench/data/console_page.csv]
 
 ``cost`` is a page without a browser beside a running console on this machine: it takes every picture and says at once
 that it is drawn, so that the server has to make all of them; a browser on a machine without a graphics card asks for
-fewer. ``page`` serves a film as if it were live, over and over, to a headless Chromium, and writes each minute what
-the page's own memory is after a collection, and what all processes of the browser hold.
+fewer. ``page`` serves a film as if it were live, over and over and as fast as the page shows it, to a headless Chromium
+with a small window, whose WebGL takes all that the page gives it but paints nothing: painting without a graphics card
+would take most of the time. An hour at ten pictures a second is 36 000 of them (``--pictures``). At first and twelve
+times on the way it writes what the page's scripts hold after a collection, how many elements and listeners there are,
+and what the page's process and all of the browser's processes hold.
 """
 
 from __future__ import annotations
@@ -19,56 +22,24 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Dict, List, Mapping, Tuple
+from typing import Dict, List, Tuple
 
 import aiohttp
 import psutil
-from aiohttp import web
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test"))
 from support.browser import Browser, chromium
+from support.page_stand import SMALL_PX, UNPAINTED, FilmView, page_served
 from yarm.commander.requests import Request
-from yarm.console.cell import Answer, Part
-from yarm.console.film import Film, unpack
+from yarm.console.cell import Answer
+from yarm.console.film import Film
 from yarm.console.params import ConsoleParams
-from yarm.console.server import ConsoleServer, Live
+from yarm.console.server import Live
 from yarm.console.wire import decode
-from yarm.resources import resource
 
 MB = 2.0**-20
+ROWS = 12
 Row = Dict[str, float]
-
-
-class FilmView:
-    """Shows a film as if it were live, and again from its beginning when it is over."""
-
-    def __init__(self, film: Film) -> None:
-        """At its beginning."""
-        index = film.index()
-        entries = [entry for i in range(len(index["blocks"])) for entry in unpack(film.block(i) or b"")]
-        self._entries = [(decode(message)[0]["kind"], message) for _, message in entries]
-        self._at, self._made = 0, 0
-        self._parts: Dict[str, Part] = {}
-        self._state = b""
-
-    def now_s(self) -> float:
-        """A tenth of a second a picture, on and on."""
-        return 0.1 * self._made
-
-    def parts(self) -> Mapping[str, Part]:
-        """The newest of each."""
-        return dict(self._parts)
-
-    def state(self) -> bytes:
-        """The next."""
-        self._made += 1
-        while True:
-            kind, message = self._entries[self._at]
-            self._at = (self._at + 1) % len(self._entries)
-            if kind == "state":
-                self._state = message
-                return self._state
-            self._parts[kind] = Part(self._made, message)
 
 
 class NobodyCell:
@@ -133,43 +104,43 @@ def cost(options: argparse.Namespace) -> None:
 def held_mb() -> float:
     """Resident memory of all processes that this one has started, MB; shared pages each time."""
     children = psutil.Process().children(recursive=True)
-    return sum(child.memory_info().rss for child in children if child.is_running()) * MB
+    return float(sum(child.memory_info().rss for child in children if child.is_running())) * MB
 
 
-async def page_memory(browser: Browser) -> float:
-    """What the page's scripts hold after a collection, MB."""
+def page_process_mb() -> float:
+    """Memory that is the page's process' own (the largest of the browser's renderers), MB."""
+    children = psutil.Process().children(recursive=True)
+    renderers = [child for child in children if "--type=renderer" in child.cmdline()]
+    return float(max(child.memory_full_info().uss for child in renderers)) * MB
+
+
+async def row_of(browser: Browser) -> Row:
+    """Pictures shown so far, and what is held after a collection: by the page's scripts, by all of the browser, MB."""
     await browser.call("HeapProfiler.collectGarbage")
-    found = await browser.call("Runtime.getHeapUsage")
-    return float(found["usedSize"]) * MB
+    heap = await browser.call("Runtime.getHeapUsage")
+    counted = await browser.call("Memory.getDOMCounters")
+    return {
+        "pictures": float(await browser.run("yarmConsole.pictures()")),
+        "page_mb": float(heap["usedSize"]) * MB,
+        "elements": float(counted["nodes"]),
+        "listeners": float(counted["jsEventListeners"]),
+        "page_process_mb": page_process_mb(),
+        "browser_mb": held_mb(),
+    }
 
 
 async def watch(options: argparse.Namespace) -> List[Row]:
-    """A row a minute."""
-    params = ConsoleParams(port=0, results=tempfile.gettempdir(), film_s=600.0)
-    server = ConsoleServer(
-        params, "t" * 32, Live(NobodyCell(), FilmView(Film.read(options.film))), resource("web"), print
-    )
-    runner = web.AppRunner(server.application(), access_log=None)
-    await runner.setup()
-    await web.TCPSite(runner, params.host, 0).start()
-    rows: List[Row] = []
-    try:
-        async with chromium() as browser:
-            await browser.open(f"http://{params.host}:{runner.addresses[0][1]}/")
-            await browser.until("window.yarmConsole && yarmConsole.pictures() > 1", 120.0)
-            begun_s = time.monotonic()
-            for minute in range(int(options.minutes) + 1):
-                await asyncio.sleep(max(0.0, begun_s + 60.0 * minute - time.monotonic()))
-                row = {
-                    "minute": float(minute),
-                    "page_mb": await page_memory(browser),
-                    "browser_mb": held_mb(),
-                    "pictures": float(await browser.run("yarmConsole.pictures()")),
-                }
-                rows.append(row)
-                print(" ".join(f"{name} {value:.1f}" for name, value in row.items()), flush=True)
-    finally:
-        await runner.cleanup()
+    """Rows over the pictures that the page has shown."""
+    shown, rows = Live(NobodyCell(), FilmView(Film.read(options.film))), []
+    async with page_served(shown, tempfile.gettempdir(), rate_hz=30.0, film_hz=10.0) as address, chromium() as browser:
+        await browser.call("Page.addScriptToEvaluateOnNewDocument", source=UNPAINTED)
+        await browser.size(*SMALL_PX)
+        await browser.open(address)
+        await browser.until("window.yarmConsole && yarmConsole.pictures() > 1", 120.0)
+        for wanted in range(0, options.pictures + 1, max(1, options.pictures // ROWS)):
+            await browser.until(f"yarmConsole.pictures() >= {wanted}", options.limit_s)
+            rows.append(await row_of(browser))
+            print(" ".join(f"{name} {value:.1f}" for name, value in rows[-1].items()), flush=True)
     return rows
 
 
@@ -181,8 +152,9 @@ def page(options: argparse.Namespace) -> None:
             writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
             writer.writeheader()
             writer.writerows({name: round(value, 2) for name, value in row.items()} for row in rows)
-    for name in ("page_mb", "browser_mb"):
-        print(f"{name}: {rows[0][name]:.1f} at first, {rows[-1][name]:.1f} after {rows[-1]['minute']:.0f} minutes")
+    for name in ("page_mb", "page_process_mb", "browser_mb"):
+        values = [row[name] for row in rows]
+        print(f"{name}: {values[0]:.1f} at first, {values[-1]:.1f} at the end, {max(values):.1f} at most")
 
 
 def main() -> None:
@@ -195,7 +167,8 @@ def main() -> None:
     server.set_defaults(run=cost)
     browser = commands.add_parser("page")
     browser.add_argument("--film", type=Path, required=True)
-    browser.add_argument("--minutes", type=float, default=60.0)
+    browser.add_argument("--pictures", type=int, default=36_000)
+    browser.add_argument("--limit-s", type=float, default=1800.0, help="wall time between two rows at most")
     browser.add_argument("--csv", type=Path)
     browser.set_defaults(run=page)
     options = parser.parse_args()

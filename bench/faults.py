@@ -8,9 +8,10 @@
 Each run is ``run_experiment`` with 1m1ma, ``--cleanup``, in real time (lock-step starts nobody again). In the midst of
 the calibration, of a step, of a pause of the sander or of the cleanup, after a while drawn from the seed, one node gets
 SIGKILL, or SIGSTOP and 5 s of wall time later SIGCONT. A row a run goes to a CSV file, and one that is there is not run
-again. Columns: simulated time of the fault; wall and simulated time from there to the first message of the node's main
-topic that is stamped 0.2 s later or more (of a node that was frozen this includes the 5 s); how far the robots' tips
-went, and how far any joint of the arm turned, from 1 s of simulated time after the fault until then; failure contacts
+again; a run in which nothing was done to anybody, because the cell did not come up, leaves none. Columns: simulated
+time of the fault; wall and simulated time from there to the first message of the node's main topic that is stamped
+0.2 s later or more (of a node that was frozen this includes the 5 s; inf: none came); how far the robots' tips went,
+and how far any joint of the arm turned, from 1 s of simulated time after the fault until then; failure contacts
 by ground truth, whether every goal was reached and the way home made, and what the run says was wrong.
 """
 
@@ -188,6 +189,7 @@ def inject(node: str, fault: str, moment: str, seed: int) -> None:
     injector.wait(lambda: rospy.get_time() >= until_s or not injector.now_there(), WAIT_S)
     uri = rospy.get_master().lookupNode("/" + node)[2]
     injector.strike(int(xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]), fault)
+    print(json.dumps(injector.figures()), flush=True)
     injector.wait(lambda: injector.back is not None, WAIT_S)
     print(json.dumps(injector.figures()), flush=True)
 
@@ -219,6 +221,9 @@ def run(key: Key, port: int, results: Path) -> Dict[str, Any]:
         try:
             mission.wait()
             said = injector.communicate(timeout=60.0)[0].strip().splitlines()
+        except subprocess.TimeoutExpired:  # it waits for a node that never came back, or for a fault that never was
+            injector.kill()
+            said = injector.communicate()[0].strip().splitlines()
         finally:
             for child in (injector, mission):
                 Family(child).stop()
@@ -261,8 +266,13 @@ def main() -> int:
         for fault in options.faults
         for node in options.nodes
     ]
+    undone = 0
     for key in [] if options.report else [key for key in wanted if key not in map(key_of, rows)]:
         found = run(key, options.port, options.results)
+        if "fault_at_s" not in found:  # nothing happened to anybody: no row, so that it is run again
+            print(" ".join(map(str, key)) + f": no fault was done: {found['said']}", flush=True)
+            undone += 1
+            continue
         values = {name: found.get(name, math.nan) for name in COLUMNS}
         shown = {n: f"{v:.3f}" if isinstance(v, float) else v for n, v in values.items()}
         rows.append({**dict(zip(("node", "fault", "moment", "seed"), key)), **shown})
@@ -270,7 +280,8 @@ def main() -> int:
         print(" ".join(map(str, key)) + f": {shown}", flush=True)
     options.page.write_text(written(rows), encoding="utf-8")
     print(page(rows))
-    return 0 if all(str(r["success"]) == "True" and str(r["contacts"]) == "0" for r in rows) else 1
+    well = all(str(r["success"]) == "True" and str(r["contacts"]) == "0" for r in rows)
+    return 0 if well and undone == 0 else 1
 
 
 if __name__ == "__main__":

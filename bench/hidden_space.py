@@ -39,7 +39,7 @@ def main() -> int:
                 run_trial(seed, silent, chosen.goals, tally)
                 rows += [
                     {
-                        **{"seed": str(seed), "silent": str(silent), "hidden": policy.value},
+                        **{"seed": str(seed), "silent": str(silent), "policy": policy.value},
                         **{name: str(getattr(count, name)) for name in COUNTED},
                     }
                     for policy, count in tally.counts.items()
@@ -65,11 +65,11 @@ def _write(path: Optional[Path], rows: List[Dict[str, str]]) -> None:
 
 
 def _tell(rows: List[Dict[str, str]]) -> None:
-    print("| silent cameras | `hidden` | things hidden | driven into | goals with a way under `free` | reached |")
+    print("| silent cameras | policy | things hidden | driven into | goals with a way under `free` | reached |")
     print("|---|---|---|---|---|---|")
     for silent in sorted({row["silent"] for row in rows}):
-        for policy in dict.fromkeys(row["hidden"] for row in rows):
-            mine = [row for row in rows if (row["silent"], row["hidden"]) == (silent, policy)]
+        for policy in dict.fromkeys(row["policy"] for row in rows):
+            mine = [row for row in rows if (row["silent"], row["policy"]) == (silent, policy)]
             numbers = [sum(int(row[name]) for row in mine) for name in COUNTED]
             print(f"| {silent} | `{policy}` | " + " | ".join(map(str, numbers)) + " |")
 

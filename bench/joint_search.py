@@ -2,6 +2,7 @@
 """Fleets that must make room for each other, stepped to the end: the complete search beside what there was before it.
 
     python3 bench/joint_search.py run --count 26     # resumable: one row a run in bench/data/joint_search.csv
+    python3 bench/joint_search.py run --crowded --count 10 --planners yarm    # hardly room to move, and crowds
     python3 bench/joint_search.py report             # writes bench/joint_search.md from it
 
 Seeds are held out (``HELD_OUT``); ``--seen`` takes others, for work on the planners. Times are processor time, and the
@@ -34,6 +35,8 @@ from yarm.planning.model.types import FleetPlan, FleetPlanner, PlanRequest, Step
 from yarm.planning.registry import make_planner
 from yarm.planning.roadmap.search import reachable
 from yarm.planning.scenes.coordination import COORDINATED, IMPOSSIBLE, make_coordinated
+from yarm.planning.scenes.crowded import CROWDS, HARD, HOPELESS, make_crowded
+from yarm.planning.scenes.instances import Instance
 from yarm.planning.scenes.joint_oracle import TooLargeError, least_cost
 from yarm.planning.scenes.stepping import SteppedRun, step_to_end
 from yarm.planning.verification.bruteforce import touches
@@ -88,13 +91,16 @@ class _Timed:
         return self._last
 
 
-kept_instance = lru_cache(maxsize=4)(make_coordinated)
+@lru_cache(maxsize=4)
+def kept_instance(family: str, seed: int) -> Instance:
+    """The instance of a family of either module with this seed."""
+    return (make_crowded if family in {**HARD, **HOPELESS, **CROWDS} else make_coordinated)(family, seed)
 
 
 @lru_cache(maxsize=4)
 def _least(family: str, seed: int) -> str:
     """Least cost by brute force; "none" when there is no way, empty when there are too many places to look at."""
-    if family in IMPOSSIBLE:
+    if family in {**IMPOSSIBLE, **HOPELESS}:
         return "none"
     try:
         least = least_cost(kept_instance(family, seed).scene)
@@ -172,13 +178,13 @@ def _reached(fleet: Fleet, i: int, poses: Poses, ends: Sequence[Pose]) -> Option
     return next((end for end in ends if reached[end[2]] >> layout.bit(*end[:2]) & 1), None)
 
 
-def run(data: Path, seeds: range) -> None:
+def run(data: Path, seeds: range, families: Sequence[str], planners: Sequence[str]) -> None:
     """All planners on all families, seed after seed."""
     table = Table(data / "joint_search.csv", ("family", "seed", "planner"), COLUMNS)
     for seed in seeds:
-        for family in (*COORDINATED, *IMPOSSIBLE):
-            first = seed % len(PLANNERS)
-            for name in (*PLANNERS[first:], *PLANNERS[:first]):
+        for family in families:
+            first = seed % len(planners)
+            for name in (*planners[first:], *planners[:first]):
                 key = {"family": family, "seed": seed, "planner": name}
                 table.add(key, partial(stepped, family, seed, name))
         print(f"{seed + 1 - seeds.start} of {len(seeds)} seeds", flush=True)
@@ -189,12 +195,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("run", "report"))
     parser.add_argument("--count", type=int, default=26, help="instances of each family")
+    parser.add_argument("--crowded", action="store_true", help="the families with hardly room to move, and crowds")
+    parser.add_argument("--planners", nargs="+", choices=PLANNERS, default=PLANNERS)
     parser.add_argument("--seen", action="store_true", help="other seeds than the held-out ones")
     parser.add_argument("--data", type=Path, default=ROOT / "bench" / "data", help="folder of the rows")
     args = parser.parse_args()
     if args.what == "run":
         first = 0 if args.seen else HELD_OUT
-        run(args.data, range(first, first + args.count))
+        families = (*HARD, *CROWDS, *HOPELESS) if args.crowded else (*COORDINATED, *IMPOSSIBLE)
+        run(args.data, range(first, first + args.count), families, args.planners)
     else:
         write_report(read_rows(args.data / "joint_search.csv"), ROOT / "bench" / "joint_search.md")
     return 0

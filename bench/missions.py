@@ -3,6 +3,7 @@
 
     source tools/env.sh && python3 bench/missions.py --seeds 20
     python3 bench/missions.py --cells 1000
+    python3 bench/missions.py --cells 1000 --kinematic
 
 Runs in lock-step, so that a slow machine changes nothing but the wall time; a run whose results stand in the folder is
 not run again, so an interrupted study goes on where it was. 1m1ma and 2m1ma run as published, without hands: reached
@@ -11,12 +12,16 @@ targets (docs/simulation.md); the layout of each run is in its summary.yaml. End
 confidence interval (Wilson), waypoints, simulated time, least clearance, faults; a row a run goes to a CSV file.
 With ``--cells`` random cells are run in place of the cases, every kind in turn (docs/simulation.md, "Random cells"):
 ``cells.md`` in the folder has the share that failed, with its interval, and each failure with its seed and why.
+With ``--kinematic`` besides they are run as the tests run some, in ``kinematic`` below the folder: the real Commander,
+task queue, planner and checker, the cell's fleet, goals, obstacles and events, but no physics, no cameras, no nodes, no
+person: robots go exactly where they are sent, maps are exact, and a touch is cells of two things that overlap.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import os
 import statistics
 import sys
 import time
@@ -25,8 +30,11 @@ from typing import Any, Dict, List, Sequence
 
 import yaml
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test"))
+
+from python.commander.random_mission import run_cell
 from yarm.commander.params import Removal
-from yarm.experiments.cells.study import cells
+from yarm.experiments.cells.study import cells, run_study
 from yarm.experiments.run.cases import case_of
 from yarm.experiments.run.writers import is_finished
 from yarm.experiments.statistics import wilson_interval
@@ -89,10 +97,21 @@ def row(case: str, runs: List[Dict[str, Any]]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+ABOUT = (
+    "Random cells without physics: the Commander, its task queue, planner and checker decide; robots go exactly where "
+    "they are sent, maps are exact, no camera fails and nobody walks. A touch is cells of two things that overlap."
+)
+
+
 def random_cells(options: argparse.Namespace) -> int:
     """The study of random cells (``reproduce --study cells``) in this folder; 0 when every one of them went well."""
-    print(cells(options, options.results, ProgressBar))
-    with (options.results / "cells.csv").open(newline="", encoding="utf-8") as file:
+    folder = options.results / "kinematic" if options.kinematic else options.results
+    if options.kinematic:
+        workers = options.workers or os.cpu_count() or 1
+        print(run_study(run_cell, options, folder, workers, ProgressBar("cells"), ABOUT))
+    else:
+        print(cells(options, folder, ProgressBar))
+    with (folder / "cells.csv").open(newline="", encoding="utf-8") as file:
         return 0 if all(row["success"] == "1" for row in csv.DictReader(file)) else 1
 
 
@@ -106,7 +125,10 @@ def main() -> int:
     parser.add_argument("--nominal", action="store_true", help="the layout of the scene file whatever the seed")
     parser.add_argument("--csv", type=Path, default=Path("results") / "missions" / "missions.csv")
     parser.add_argument("--cells", type=int, default=0, help="so many random cells in place of the cases")
-    parser.add_argument("--workers", type=int, default=0, help="cells at a time; 0: one for two cores")
+    parser.add_argument("--kinematic", action="store_true", help="the cells without physics")
+    parser.add_argument(
+        "--workers", type=int, default=0, help="cells at a time; 0: one for two cores, one a core without physics"
+    )
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for the cells; default: here")
     options = parser.parse_args()
     if options.cells:

@@ -4,6 +4,7 @@
 #include "scene_factory.hpp"
 
 #include "yarm/perception/association.hpp"
+#include "yarm/perception/hiders.hpp"
 #include "yarm/perception/merge.hpp"
 #include "yarm/perception/occupancy.hpp"
 #include "yarm/perception/visibility.hpp"
@@ -64,12 +65,19 @@ class Stopwatch {
   double last_;
 };
 
+/// Association that looks for debris which nobody registered up to this edge, metres; 0: for none.
+pc::AssociationParams withStrays(double debris_size) {
+  pc::AssociationParams params;
+  params.debris_size = debris_size;
+  return params;
+}
+
 /// One back end with everything behind it.
 class Chain {
  public:
-  Chain(const std::string& backend, const pc::MergeParams& params)
+  Chain(const std::string& backend, const pc::MergeParams& params, double debris_size = 0.0)
       : backend_(pc::makeBackend(backend, params, {})),
-        associator_(pc::makeAssociator("yarm", {})),
+        associator_(pc::makeAssociator("yarm", withStrays(debris_size))),
         grid_(pc::GridSpec{}) {}
 
   void process(const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene, bool calibrating) {
@@ -142,8 +150,8 @@ void measured(Chain& chain, const std::vector<pc::CameraCloud>& clouds, const ya
 }
 
 /// Runs both chains, set by set in turn, over the same clouds.
-void race(const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model, Chain& fused,
-          Chain& pcl) {
+void race(const yarm::test::Scene& scene, int cameras, int sets, yarm::test::CameraModel model, Chain& one,
+          Chain& other) {
   std::vector<yarm::test::SceneFactory> factories;
   std::vector<std::vector<pc::CameraCloud>> recorded;
   for (int i = 0; i < kDistinctSets; ++i) {
@@ -155,12 +163,12 @@ void race(const yarm::test::Scene& scene, int cameras, int sets, yarm::test::Cam
   }
   for (int i = 0; i < kCalibration + kDistinctSets + sets; ++i) {
     if (i == kCalibration + kDistinctSets) {
-      fused.forget();
-      pcl.forget();
+      one.forget();
+      other.forget();
     }
     const auto& clouds = recorded[static_cast<std::size_t>(i % kDistinctSets)];
-    measured(fused, clouds, scene, i < kCalibration);
-    measured(pcl, clouds, scene, i < kCalibration);
+    measured(one, clouds, scene, i < kCalibration);
+    measured(other, clouds, scene, i < kCalibration);
   }
 }
 
@@ -199,29 +207,63 @@ void sweep(RawRows& rows, const char* name, double value, const yarm::test::Scen
   rows.add(name, value, "pcl", pcl.samples());
 }
 
-/// What telling free from hidden costs beside the chain: votes of the cameras, and the cells' states.
+/// What looking for debris that nobody registered costs, set by set in turn with the same chain that does not look.
+void measureStrays(const yarm::test::Scene& scene, int sets) {
+  Chain looking("fused", {}, pc::AssociationParams().debris_size);
+  Chain plain("fused", {});
+  race(scene, kCameras, sets, {}, looking, plain);
+  const auto associate = [](const Chain& chain, double share) {
+    return percentile(chain.samples().at("3 associate"), share);
+  };
+  std::printf("\nassociate, CPU ms a set: p50, p99\nplain          %9.3f %9.3f\nstray debris   %9.3f %9.3f\n",
+              associate(plain, 0.5), associate(plain, 0.99), associate(looking, 0.5), associate(looking, 0.99));
+}
+
+/// What telling free from hidden costs beside the chain: votes of the cameras, the cells' states, and who hides them.
 void measureVisibility(const yarm::test::Scene& scene, int sets) {
   const auto backend = pc::makeBackend("fused", {}, {});
+  const auto associator = pc::makeAssociator("yarm", withStrays(0.0));
+  pc::OccupancyBuilder builder(pc::GridSpec{});
   pc::VisibilityVoter voter(pc::GridSpec{}, {}, {}, kCameras);
   pc::VisibilityMap map;
+  pc::HiderFinder finder(pc::GridSpec{});
   pc::MergedSet set;
   pc::CellVotes votes;
+  pc::CellVotes coverage;
+  pc::SeenCells seen;
   Samples samples;
   yarm::test::SceneFactory factory(1, 1.0, kCameras);
   factory.render(scene);
   const auto clouds = factory.clouds(1);
-  for (int i = 0; i < sets; ++i) {
+  const auto seeds = scene.seeds(clouds.front().stamp_ns);
+  const auto knowledge = scene.knowledge();
+  std::size_t hidden = 0;
+  for (int i = 0; i < kCalibration + sets; ++i) {
     Stopwatch watch(samples);
     backend->merge(clouds, set);
     watch.lap("1 merge");
     voter.vote(clouds, set, votes);
     watch.lap("2 vote");
+    if (i == 0) {
+      voter.coverage(coverage);
+      for (std::size_t camera = 0; camera < kCameras; ++camera) {
+        seen.cameras.push_back(voter.place(camera));
+      }
+    }
+    backend->cluster(set);
+    const bool calibrating = i < kCalibration;
+    const auto& grid = builder.build(associator->associate({&set, &seeds, &knowledge, &scene.poses, calibrating}));
+    watch.lap("(cluster to grid)");
     map.update(votes);
+    map.describe(votes, coverage, seen);
     watch.lap("3 states");
+    hidden = finder.find(grid, seen).size();
+    watch.lap("4 hiders");
   }
+  std::printf("\n%zu cells that no camera sees\n", hidden);
   std::printf("\nvisibility, CPU ms a set: first (views are computed), p50, p99\n");
   for (const auto& [stage, values] : samples) {
-    std::printf("%-10s %9.3f %9.3f %9.3f\n", stage.c_str(), values.front(), percentile(values, 0.5),
+    std::printf("%-18s %9.3f %9.3f %9.3f\n", stage.c_str(), values.front(), percentile(values, 0.5),
                 percentile(values, 0.99));
   }
 }
@@ -234,6 +276,7 @@ void measureAll(int sets, RawRows& rows) {
   compare(rows, "cell_2_2_fine", "the same; voxel 0.1 x 0.1 x 0.001 m", scene, sets / 2, fine);
   compare(rows, "cell_3_3", "3 robots, 3 debris, HC10", yarm::test::standardCell(3, 3), sets / 2, {});
   measureVisibility(scene, sets);
+  measureStrays(scene, sets);
   std::printf("\nwhat, value, fused ms, pcl ms (p50)\n");
   for (int cameras = 1; cameras <= 8; ++cameras) {
     sweep(rows, "cameras", cameras, scene, cameras, sets / 4, {});

@@ -122,7 +122,7 @@ def forget_tables() -> None:
     for kept in (
         cell_sets.band,
         cell_sets.band_rows,
-        footprint._turned_column,
+        footprint.turned_columns,
         roadmap.even_roadmap,
         particles.cell_order,
     ):

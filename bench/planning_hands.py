@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What a hand costs in planning: the same errands of two robots, bare with quarter turns and loaded with eighth turns.
+"""What a hand costs in planning: the same errands of two robots, bare, loaded, and loaded with eighth turns.
 
     source tools/env.sh && python3 bench/planning_hands.py
 
 On the map of ``2m1ma_bin`` (``test/data/planning/loaded_robots_at_a_bin.npz``) both robots start at random places and
-headings, and one goes to a random place, step by step, re-planned at each as by the Commander. Both kinds of robot get
-the same errands; those that one of them cannot do are left out. Prints processor times in ms: of the first plan of an
-errand, of the plans of the steps after it, and of all plans of an errand together.
+headings, and one goes to a random place, step by step, re-planned at each as by the Commander. All kinds of robot get
+the same errands, one kind right after the other; each is held against the first on the errands that both can do. Prints
+how many errands each can do; processor times in ms, over those that all can do, of the first plan of an errand, of the
+plans of the steps after it, and of all plans of an errand together; and how many times as long as the first each takes.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
-from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.geometry import BoolArray, GridSpec
 from yarm.planning.fleet.yarm_planner import YarmPlanner
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint, without_robots
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, Disc
+from yarm.robots.shapes import PieceShape, RobotShape
 
 MAP = Path(__file__).parents[1] / "test" / "data" / "planning" / "loaded_robots_at_a_bin.npz"
 SPEC = GridSpec()
@@ -49,6 +50,7 @@ def with_hand() -> RobotShape:
 
 KINDS: Dict[str, Tuple[RobotShape, Tuple[float, ...]]] = {
     "bare, quarter turns": (BARE, (0.0, 90.0, -90.0)),
+    "loaded hand, quarter turns": (with_hand(), (0.0, 90.0, -90.0)),
     "loaded hand, eighth turns": (with_hand(), (0.0, 90.0, -90.0, 45.0, -45.0)),
 }
 
@@ -100,16 +102,34 @@ def main() -> None:
     occupied = np.unpackbits(data["occupied"])[: math.prod(SPEC.shape)].reshape(SPEC.shape).astype(bool)
     asked = errands(options.errands, options.seed)
     planners = {kind: YarmPlanner(PlannerParams(turns_deg=turns)) for kind, (_, turns) in KINDS.items()}
-    taken = {kind: [carried_out(occupied, planners[kind], KINDS[kind][0], e) for e in asked] for kind in KINDS}
-    done = [i for i in range(len(asked)) if all(taken[kind][i] is not None for kind in KINDS)]
-    print(f"seed {options.seed}: {len(done)} of {len(asked)} errands done by both; processor time of a plan, ms")
-    print("| robots | plans | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |")
+    taken: Dict[str, List[Optional[List[float]]]] = {kind: [] for kind in KINDS}
+    for errand in asked:
+        for kind, (shape, _) in KINDS.items():
+            taken[kind].append(carried_out(occupied, planners[kind], shape, errand))
+    print(f"seed {options.seed}, {len(asked)} errands; processor time of a plan, ms")
+    print(
+        "| robots | errands done | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |"
+    )
     print("|---|---|---|---|---|---|---|---|")
+    done = [i for i in range(len(asked)) if all(taken[kind][i] is not None for kind in KINDS)]
     for kind in KINDS:
         ways = [way for way in (taken[kind][i] for i in done) if way is not None]
         first, after = [way[0] for way in ways], [ms for way in ways for ms in way[1:]]
         cells = [f"{np.percentile(ms, q):.1f}" for ms in (first, after, [sum(w) for w in ways]) for q in (50, 95)]
-        print(f"| {kind} | {len(first + after)} | " + " | ".join(cells) + " |")
+        print(f"| {kind} | {sum(way is not None for way in taken[kind])} | " + " | ".join(cells) + " |")
+    bare, *others = KINDS
+    for kind in others:
+        pairs = [(one, two) for one, two in zip(taken[bare], taken[kind]) if one is not None and two is not None]
+        costs = [
+            np.array([[way[0] for way in pair] for pair in pairs]),
+            np.array([[*map(sum, pair)] for pair in pairs]),
+        ]
+        medians = [np.median(times[:, 1] / times[:, 0]) for times in costs]
+        means = [times[:, 1].mean() / times[:, 0].mean() for times in costs]
+        print(
+            f"{kind} over {bare}, {len(pairs)} errands: first plan {medians[0]:.2f} (median of the ratios), "
+            f"{means[0]:.2f} (ratio of the means); errand in all {medians[1]:.2f}, {means[1]:.2f}"
+        )
 
 
 if __name__ == "__main__":

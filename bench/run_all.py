@@ -15,14 +15,23 @@ from typing import Dict, List
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHON = sys.executable
-TARGETS = ("perception_core_bench",)
+TARGETS = ("perception_core_bench", "robustness_bench", "association_fuzz_test", "scan_map_fuzz_test")
 BENCHMARKS: Dict[str, List[List[str]]] = {
     "perception_core": [
         [str(ROOT / "devel" / "lib" / "yarm" / "perception_core_bench"), "200", "bench/data/perception_core.csv"],
         [PYTHON, "bench/perception_core_plot.py", "bench/data/perception_core.csv", "bench/perception_core.png"],
     ],
+    "robustness": [
+        [str(ROOT / "devel" / "lib" / "yarm" / "robustness_bench"), "3", "bench/data/robustness.csv"],
+        [PYTHON, "bench/robustness_plot.py", "bench/data/robustness.csv", "bench/robustness.png"],
+    ],
     "perception_nodes": [[PYTHON, "bench/perception_nodes.py", "--fuzz", "20000000"]],
     "simulation_cameras": [[PYTHON, "bench/simulation_cameras.py"]],
+    "fuzz": [
+        [str(ROOT / "devel" / "lib" / "yarm" / "association_fuzz_test"), "100000"],
+        [str(ROOT / "devel" / "lib" / "yarm" / "scan_map_fuzz_test"), "10000000"],
+        [PYTHON, "bench/readers.py", "--inputs", "50000"],
+    ],
     "room": [[PYTHON, "bench/room.py"]],
     "slam": [[PYTHON, "bench/slam.py"]],
     "planning": [
@@ -33,7 +42,11 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
         [PYTHON, "bench/planning.py", "report"],
     ],
     "why": [[PYTHON, "bench/why.py"]],
-    "joint_search": [[PYTHON, "bench/joint_search.py", "run"], [PYTHON, "bench/joint_search.py", "report"]],
+    "joint_search": [
+        [PYTHON, "bench/joint_search.py", "run"],
+        [PYTHON, "bench/joint_search.py", "run", "--crowded", "--count", "10", "--planners", "yarm"],
+        [PYTHON, "bench/joint_search.py", "report"],
+    ],
     "kinematics": [[PYTHON, "bench/kinematics.py", "--page", "bench/kinematics.md"]],
     "arm_obstacles": [[PYTHON, "bench/arm_obstacles.py"]],
     "pieces": [[PYTHON, "bench/pieces.py"]],

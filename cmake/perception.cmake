@@ -5,26 +5,34 @@ find_package(fcl 0.7 REQUIRED)
 
 add_library(yarm_perception
   src/perception/associators.cpp
+  src/perception/assignment.cpp
   src/perception/attachments.cpp
+  src/perception/axis_filter.cpp
   src/perception/backends.cpp
   src/perception/camera_watch.cpp
   src/perception/cell_views.cpp
   src/perception/crop_kernel.cpp
   src/perception/depth_view.cpp
   src/perception/euclidean.cpp
+  src/perception/footprint.cpp
   src/perception/fused_backend.cpp
   src/perception/learned_cloud.cpp
   src/perception/hands.cpp
   src/perception/hiders.cpp
   src/perception/object_memory.cpp
+  src/perception/object_tracks.cpp
   src/perception/occupancy.cpp
   src/perception/original_associator.cpp
   src/perception/pcl_backend.cpp
+  src/perception/picture_watch.cpp
   src/perception/piece.cpp
   src/perception/predict.cpp
   src/perception/remainder.cpp
+  src/perception/rest_map.cpp
   src/perception/scene_model.cpp
+  src/perception/sightlines.cpp
   src/perception/solids.cpp
+  src/perception/stray_debris.cpp
   src/perception/surface_explainer.cpp
   src/perception/types.cpp
   src/perception/unknown_tracker.cpp
@@ -72,18 +80,25 @@ if(CATKIN_ENABLE_TESTING)
   foreach(test
       perception_association_test
       perception_camera_watch_test
+      perception_filter_test
+      perception_footprint_test
       perception_hands_test
       perception_hiders_test
       perception_map_test
       perception_original_test
       perception_unknown_test
+      perception_picture_watch_test
       perception_piece_test
+      perception_tracks_test
       perception_view_test
       perception_visibility_test)
     catkin_add_gtest(${test} test/cpp/perception/${test}.cpp)
     target_link_libraries(${test} yarm_scene_factory gtest_main)
   endforeach()
+  target_include_directories(perception_filter_test PRIVATE src/perception)
+  target_include_directories(perception_footprint_test PRIVATE src/perception)
   target_include_directories(perception_map_test PRIVATE src/perception)
+  target_include_directories(perception_tracks_test PRIVATE src/perception)
   target_include_directories(perception_unknown_test PRIVATE src/perception)
   target_include_directories(perception_visibility_test PRIVATE src/perception)
 endif()
@@ -94,4 +109,9 @@ if(TARGET yarm_scene_factory)
   add_executable(perception_core_bench EXCLUDE_FROM_ALL bench/perception_core.cpp)
   target_compile_options(perception_core_bench PRIVATE -O3 -Wall -Wextra -Wpedantic)
   target_link_libraries(perception_core_bench PRIVATE yarm_scene_factory)
+  # On demand: make robustness_bench
+  #catkin_lint: ignore uninstalled_target
+  add_executable(robustness_bench EXCLUDE_FROM_ALL bench/robustness.cpp)
+  target_compile_options(robustness_bench PRIVATE -O3 -Wall -Wextra -Wpedantic)
+  target_link_libraries(robustness_bench PRIVATE yarm_scene_factory)
 endif()

@@ -8,13 +8,16 @@ add_library(yarm_nodelets SHARED
   src/ros/conversions.cpp
   src/ros/cell_markers.cpp
   src/ros/database.cpp
+  src/ros/prediction.cpp
   src/ros/executor.cpp
   src/ros/in_process.cpp
   src/ros/merge_clouds.cpp
   src/ros/nodelets.cpp
   src/ros/pulse.cpp
   src/ros/report.cpp
+  src/ros/tf_listener.cpp
   src/ros/tf_source.cpp
+  src/ros/tracks.cpp
   src/ros/visibility.cpp
 )
 target_include_directories(yarm_nodelets PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
@@ -59,30 +62,47 @@ if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(association_fuzz_test
     test/cpp/ros/association_fuzz_test.cpp
     src/perception/associators.cpp
+    src/perception/assignment.cpp
     src/perception/attachments.cpp
+    src/perception/axis_filter.cpp
     src/perception/euclidean.cpp
+    src/perception/footprint.cpp
     src/perception/learned_cloud.cpp
     src/perception/hands.cpp
     src/perception/object_memory.cpp
+    src/perception/object_tracks.cpp
     src/perception/occupancy.cpp
     src/perception/original_associator.cpp
     src/perception/piece.cpp
+    src/perception/predict.cpp
     src/perception/remainder.cpp
+    src/perception/rest_map.cpp
     src/perception/scene_model.cpp
+    src/perception/sightlines.cpp
     src/perception/solids.cpp
+    src/perception/stray_debris.cpp
     src/perception/surface_explainer.cpp
     src/perception/types.cpp
     src/perception/unknown_tracker.cpp
     src/perception/yarm_associator.cpp
     src/ros/conversions.cpp
+    src/ros/prediction.cpp
   )
-  set(yarm_sanitizers -fsanitize=address,undefined,float-cast-overflow)
+  target_link_libraries(association_fuzz_test fcl)
   foreach(test cloud_reader_fuzz_test association_fuzz_test)
-    target_include_directories(${test} PRIVATE include src/perception)
-    target_include_directories(${test} SYSTEM PRIVATE ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
-    target_compile_options(${test} PRIVATE -O1 -g ${yarm_sanitizers} -fno-sanitize-recover=all)
-    target_link_options(${test} PRIVATE ${yarm_sanitizers})
-    target_link_libraries(${test} ${catkin_LIBRARIES})
-    add_dependencies(${test} ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+    yarm_sanitize(${test} ${yarm_address_sanitizers})
   endforeach()
+
+  # The perception process, whole, under ThreadSanitizer: test/ros/perception_threads.test plays the golden recording to it.
+  #catkin_lint: ignore uninstalled_target
+  add_executable(perception_under_tsan EXCLUDE_FROM_ALL src/ros/perception_node.cpp src/ros/loopback.cpp)
+  foreach(library yarm_nodelets yarm_perception yarm_sync)
+    get_target_property(sources ${library} SOURCES)
+    target_sources(perception_under_tsan PRIVATE ${sources})
+  endforeach()
+  target_include_directories(perception_under_tsan SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_compile_options(perception_under_tsan PRIVATE -ffp-contract=off -fno-math-errno)
+  yarm_sanitize(perception_under_tsan thread)
+  target_link_libraries(perception_under_tsan ${PCL_LIBRARIES} fcl)
+  add_dependencies(tests perception_under_tsan)
 endif()

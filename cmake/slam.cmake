@@ -40,6 +40,7 @@ add_library(yarm_slam_ros
   src/ros/report.cpp
   src/ros/scan_reader.cpp
   src/ros/slam_gmapping.cpp
+  src/ros/tf_listener.cpp
 )
 target_include_directories(yarm_slam_ros PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
 #catkin_lint: ignore_once external_interface_path
@@ -100,4 +101,18 @@ if(CATKIN_ENABLE_TESTING)
     target_compile_options(${test} PRIVATE -Wall -Wextra -Wpedantic)
     target_link_libraries(${test} yarm_slam_world gtest_main)
   endforeach()
+
+  # Compiled from the sources that touch what comes from outside, all of them under the sanitizers.
+  get_target_property(yarm_slam_sources yarm_slam SOURCES)
+  catkin_add_gtest(scan_map_fuzz_test
+    test/cpp/ros/scan_map_fuzz_test.cpp
+    src/ros/executor.cpp
+    src/ros/map_messages.cpp
+    src/ros/pulse.cpp
+    src/ros/scan_reader.cpp
+    src/ros/tf_listener.cpp
+    ${yarm_slam_sources}
+  )
+  yarm_sanitize(scan_map_fuzz_test ${yarm_address_sanitizers})
+  target_link_libraries(scan_map_fuzz_test Threads::Threads)
 endif()

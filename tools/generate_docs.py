@@ -11,8 +11,18 @@ from typing import Any, Dict, Iterator, List, Tuple, Type
 
 from roslib.packages import find_node
 
+from yarm.navigation import platform_params
 from yarm.params import infos
-from yarm.ros.common import api, api_explorer, api_inspection, api_navigation, api_rooms, names
+from yarm.ros.common import (
+    api,
+    api_explorer,
+    api_inspection,
+    api_navigation,
+    api_real_cell,
+    api_rooms,
+    api_youbot,
+    names,
+)
 from yarm.ros.node_params import NODE_PARAMS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -48,6 +58,7 @@ def parameters_page() -> str:
     tables: Dict[str, List[Row]] = {node: python_rows(cls) for node, cls in NODE_PARAMS.items()}
     for node, row in cpp_rows():
         tables.setdefault(node, []).append(row)
+    tables[names.MOVE_BASE] += [(name, "", "", "any", meaning) for name, meaning in platform_params.documented()]
     lines = ["# Parameters", ""]
     lines.append(
         "Each node refuses unknown parameters and values out of range at start, all at once. Files: `config/`."
@@ -62,10 +73,18 @@ def api_page() -> str:
     """docs/ros_api.md."""
     intro = (DOCS / "ros_api_intro.md").read_text()
     lines = ["## The cell", "", *api.markdown(api.TOPICS, api.SERVICES, api.ACTIONS)]
+    lines += ["", "## A real cell", "", "What differs there, with real_cell.launch ([real_cell.md](real_cell.md)).", ""]
+    lines += api.markdown(api_real_cell.TOPICS, api_real_cell.SERVICES)
     lines += ["", "## Mobile robots with a hand", "", "With `hands:=true` of simulation.launch.", ""]
     lines += api.markdown(api.HAND_TOPICS, api.HAND_SERVICES)
-    lines += ["", "## The youBot's arm", "", "With `rosrun yarm youbot_simulation`.", ""]
-    lines += api.markdown(api.ARM_TOPICS, ())
+    lines += [
+        "",
+        "## The youBot's arm",
+        "",
+        "With `roslaunch yarm youbot.launch`, or `rosrun yarm youbot_simulation`.",
+        "",
+    ]
+    lines += api.markdown(api_youbot.TOPICS, api_youbot.SERVICES)
     lines += ["", "## A room that is explored", "", *api.markdown(api_rooms.TOPICS, api_rooms.SERVICES)]
     lines += ["", "## The explorer", ""]
     lines += [

@@ -11,12 +11,13 @@ check() {
 mapfile -t cpp < <(git ls-files '*.cpp' '*.hpp')
 mapfile -t launches < <(git ls-files 'launch/*/*.launch')
 
-# The launch files check their arguments themselves: a window needs a screen, a replay a file.
+# The launch files check their arguments themselves: a window needs a screen, a replay a file, a real cell a scene.
 launch_check() {
   local file status=0
   for file in "${launches[@]}"; do
     local arguments=()
     [ "$file" != launch/cell/replay.launch ] || arguments=("bag:=$PWD/package.xml")
+    [ "$file" != launch/cell/real_cell.launch ] || arguments=("cell:=1m1ma")
     DISPLAY=:0 /usr/bin/python3 /usr/share/roslaunch/scripts/roslaunch-check "$file" "${arguments[@]}" || status=1
   done
   return $status

@@ -98,13 +98,24 @@ export class Bodies {
     });
   }
 
-  /** Mark the cameras that somebody complains about. */
+  /** Mark the cameras that somebody complains about, and keep what is said of each. */
   complain(said) {
     for (const camera of this.cameras) {
       const faults = said.filter((each) => each.level !== "ok" && each.text.includes(camera.source));
       camera.sick = faults.length > 0;
+      camera.faults = faults.flatMap((each) => each.text.split("; ").filter((part) => part.includes(camera.source)));
+      camera.values = said.flatMap((each) => each.values.filter(([key]) => key.startsWith(`${camera.source} `)));
       camera.lines.material.color.set(camera.sick ? "#ff5a3c" : "#d0e4ff");
     }
+  }
+
+  /** Each camera as a line of health: "stale" when nobody says anything of it. */
+  cameraHealth() {
+    return this.cameras.map(({ name, source, sick, faults, values }) => {
+      const level = sick ? "error" : values.length ? "ok" : "stale";
+      const words = values.map(([key, value]) => `${key.slice(source.length + 1)}: ${value}`);
+      return { name, level, text: sick ? faults.join("; ") : words[0] || "nobody says anything of it", values };
+    });
   }
 
   show(layers) {

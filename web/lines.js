@@ -1,14 +1,15 @@
 // Ways ahead, ways behind, moves under way, rasters, and what a scan or a filter has for points: one set for each layer.
 
 import * as THREE from "three";
-import { colourOf } from "./colours.js";
+import { colourOf, UNKNOWN } from "./colours.js";
 
 const LOOKS = {
   path: { dashed: true },
   move: { dashed: false },
   driven: { dashed: false },
   raster: { dashed: false, colour: "#ffb000" },
-  predicted: { dashed: false, colour: "#ff4fd8" },
+  predicted: { dashed: false, colour: UNKNOWN },
+  people: { dashed: true, colour: "#ffffff" },
   scan: { dots: true, colour: "#ff5a3c", size: 3 },
   particles: { dots: true, colour: "#cc79a7", size: 2 },
 };

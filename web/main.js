@@ -12,6 +12,7 @@ const RETRY_MS = [500, 1000, 2000, 4000];
 const ESCAPES_MS = 600;
 const SLOW_MS = 60; // a picture that takes longer to draw is followed by as long a pause
 const UNSEEN_MS = 250; // between two live pictures that nobody looks at
+const AT_END = "#end"; // of an address: a film is opened where the page that was live has seen it end
 const INDEX_MS = 4000; // between two looks at what can be looked back at
 const $ = (id) => document.getElementById(id);
 
@@ -45,8 +46,8 @@ function show({ header, arrays }) {
   else if (header.kind === "map") view.map({ header, arrays });
   else if (header.kind === "marks") view.marks({ header, arrays });
   else if (header.kind === "health") {
-    panel.health(header);
     view.health(header);
+    panel.health(header, view.bodies.cameraHealth());
   } else if (header.kind === "events") panel.events(eventsKnown());
   else {
     view.state(header, arrays);
@@ -101,9 +102,22 @@ function connect() {
   socket.onclose = ({ reason }) => {
     const wait = RETRY_MS[Math.min(attempts++, RETRY_MS.length - 1)];
     panel.silent([`no connection to the console${reason ? ` (${reason})` : ""}: what is shown is old; trying again`]);
-    $("stop-state").textContent = "not connected";
-    setTimeout(connect, wait);
+    panel.stopWords("not connected");
+    setTimeout(again, wait);
   };
+}
+
+/** Who listens there now may play a recorded run: an experiment has ended, and its page shows it as it was. */
+async function again() {
+  try {
+    if (!(await (await fetch("/about")).json()).live) {
+      location.hash = AT_END;
+      return location.reload();
+    }
+  } catch {
+    // nobody listens: connect says so, and comes back
+  }
+  return connect();
 }
 
 // The past.
@@ -156,7 +170,7 @@ async function openFilm(film, title) {
     $("past-title").textContent = title || index.title;
     $("past-notes").textContent = index.notes.join("\n");
     tab("view");
-    await player.seek(player.first_s);
+    await player.seek(location.hash === AT_END ? player.last_s : player.first_s);
     panel.events(index.events);
   } catch (error) {
     panel.answer({ success: false, message: `the film cannot be shown: ${error.message}` });
@@ -252,7 +266,11 @@ window.yarmConsole = {
   cellsDrawn: () => (view.cells.mesh ? view.cells.mesh.count : 0),
   newest: () => view.newest,
   pick: (name) => view.pick(name),
+  screen: (name) => view.screen(name),
+  eye: () => view.stage.camera.position.toArray(),
+  drawn: () => view.drawn(),
   room: () => ({ seen: view.room.seen, marks: view.room.marks.children.length, texts: view.room.texts.length }),
+  held: () => ({ ...view.stage.renderer.info.memory, labels: view.labels.spans.size }),
   pictures: () => pictures,
   watching: () => watching,
   film: () => ({

@@ -1,5 +1,7 @@
 // Everything beside the 3-D view. Texts are set as texts, never as markup: names come from the outside.
 
+import { sentences } from "./now.js";
+
 const MARKS = { ok: "\u2713", warning: "\u26A0", error: "\u2716", stale: "\u2026", info: "\u00B7" };
 const MOST_EVENTS = 200;
 const $ = (id) => document.getElementById(id);
@@ -47,6 +49,8 @@ export class Panel {
   constructor(actions) {
     this.actions = actions;
     this.lines = new Map(); // of events that are listed
+    this.told = { nodes: [], said: [], cameras: [] }; // newest health
+    this.servers = []; // of robots and arms: whether they answer
   }
 
   state(header) {
@@ -55,9 +59,17 @@ export class Panel {
     if (!document.body.classList.contains("past")) this.stop(header);
     document.body.classList.toggle("roomed", Boolean(header.room));
     if (header.room) this.room(header.room);
+    this.now(header);
     this.commander(header);
     this.tasks(header.tasks);
     this.robots(header);
+    this.servers = header.servers || [];
+    this.listHealth();
+  }
+
+  now(header) {
+    const said = sentences(header);
+    onChange("now", said, (list) => list.replaceChildren(...said.map((words) => made("li", words))));
   }
 
   room({ title, facts, verdicts }) {
@@ -78,10 +90,15 @@ export class Panel {
     document.body.classList.toggle("stopped", latched);
     let words = "everything may move";
     if (latched) words = `STOPPED: ${stop.reason}`;
-    else if (!stop) words = `the ${room ? "velocity gate" : "safety monitor"} is not heard`;
-    onChange("stop-state", words, (element) => (element.textContent = words));
+    else if (!stop) words = `${room ? "who stops the robot" : "the safety monitor"} is not heard`;
+    this.stopWords(words);
     $("release").hidden = !latched || !$("confirm").hidden;
     if (!latched) $("confirm").hidden = true;
+  }
+
+  /** What stands beside the stop. */
+  stopWords(words) {
+    onChange("stop-state", words, (element) => (element.textContent = words));
   }
 
   commander({ commander, buttons }) {
@@ -90,6 +107,8 @@ export class Panel {
         (commander.reason ? `: ${commander.reason}` : "")
       : "not heard yet";
     onChange("state", words, (element) => (element.textContent = words));
+    const means = (commander && commander.means) || "";
+    onChange("means", means, (element) => (element.textContent = means));
     onChange("buttons", buttons, (group) => {
       const focused = document.activeElement && document.activeElement.dataset.label;
       group.replaceChildren(...buttons.map((button) => this.button(button)));
@@ -138,13 +157,22 @@ export class Panel {
     });
   }
 
-  health({ nodes, said }) {
+  /** @param cameras name, level and text of each. */
+  health({ nodes, said }, cameras) {
+    this.told = { nodes, said, cameras };
+    this.listHealth();
+  }
+
+  listHealth() {
+    const { nodes } = this.told;
+    const said = [...this.told.cameras, ...this.servers, ...this.told.said];
     const bad = said.filter((each) => each.level !== "ok").length + nodes.filter((node) => !node.alive).length;
-    const words = `Health: ${bad ? `${MARKS.warning} ${bad} to look at` : `${MARKS.ok} all well`}`;
+    const well = nodes.length ? `: ${MARKS.ok} all well` : ""; // a film brings no word of the nodes
+    const words = `Health${bad ? `: ${MARKS.warning} ${bad} to look at` : well}`;
     onChange("health-title", words, (element) => (element.textContent = words));
     rows("said", said, (each) => {
       const text = made("td", each.text);
-      if (each.values.length) text.title = each.values.map(([key, value]) => `${key}: ${value}`).join("\n");
+      if (each.values && each.values.length) text.title = each.values.map(([key, value]) => `${key}: ${value}`).join("\n");
       return [each.name, `${MARKS[each.level]} ${each.level}`, text];
     });
     rows("nodes", nodes, (node) => {

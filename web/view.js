@@ -11,12 +11,15 @@ import { Stage } from "./stage.js";
 
 const LAYERS = {
   bodies: "drawings", cells: "occupied cells", path: "ways ahead", driven: "ways driven", move: "moves under way",
-  predicted: "where movers will be", raster: "rasters", areas: "areas kept clear", cameras: "cameras", map: "map of the room", marks: "marks on it",
+  predicted: "where movers will be", people: "where they may be before a robot stands", raster: "rasters", areas: "areas kept clear", cameras: "cameras", map: "map of the room", marks: "marks on it",
   scan: "scan", particles: "particles", names: "names",
 };
 const GROWN = 1.3; // a room that has grown so much is looked at anew
 const CLICK_PX = 5;
 const $ = (id) => document.getElementById(id);
+
+/** Heading of a frame about the vertical, degrees. */
+const turn = ({ x, y, z, w }) => ((180 / Math.PI) * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))).toFixed(0);
 
 export class View {
   constructor(canvas) {
@@ -26,6 +29,7 @@ export class View {
     this.lines = new Lines(this.stage);
     this.room = new Room(this.stage);
     this.looked = 0;
+    this.around = "";
     this.labels = new Labels($("labels"), this.stage);
     this.layers = Object.fromEntries(Object.keys(LAYERS).map((name) => [name, true]));
     this.picked = "";
@@ -45,6 +49,7 @@ export class View {
   forget() {
     this.cells.stamp = null;
     this.looked = 0;
+    this.around = "";
     this.room.clear();
     this.stage.surround([]);
   }
@@ -70,7 +75,16 @@ export class View {
     this.bodies.build(message);
     this.bodies.complain(this.said);
     this.presets();
+    this.lookAround(message.header.around || []);
     this.show();
+  }
+
+  /** What a scene says there is to look at: when it is another than before, it is looked at. */
+  lookAround(box) {
+    if (box.join() === this.around) return;
+    this.around = box.join();
+    this.stage.surround(box);
+    this.stage.look("corner");
   }
 
   health(header) {
@@ -102,6 +116,7 @@ export class View {
     for (const [name, words] of Object.entries(LAYERS)) {
       const box = document.createElement("input");
       box.type = "checkbox";
+      box.dataset.layer = name;
       box.checked = true;
       box.addEventListener("change", () => this.show(name));
       const label = document.createElement("label");
@@ -151,6 +166,24 @@ export class View {
     this.describe();
   }
 
+  /** Where an object is in the window, pixels; null for one that is not in sight. */
+  screen(name) {
+    const body = this.bodies.bodies.find((each) => each.name === name);
+    const at = body && body.seed.visible && this.stage.place(body.seed.position);
+    const box = this.stage.canvas.getBoundingClientRect();
+    return at ? [box.left + at[0], box.top + at[1]] : null;
+  }
+
+  /** Of each layer whether what is in it is drawn. */
+  drawn() {
+    const lines = Object.entries(this.lines.layers).map(([name, layer]) => [name, layer.segments.visible]);
+    return {
+      bodies: this.bodies.meshes.length > 0, cells: this.cells.visible, areas: this.bodies.areas.every((area) => area.visible),
+      cameras: this.bodies.cameras.every((camera) => camera.lines.visible), map: this.room.map.visible,
+      marks: this.room.marks.visible, names: !this.labels.parent.hidden, ...Object.fromEntries(lines),
+    };
+  }
+
   describe() {
     const box = $("picked");
     box.hidden = !this.picked || !this.newest;
@@ -158,11 +191,13 @@ export class View {
     const body = this.bodies.bodies.find((each) => each.name === this.picked);
     const thing = this.newest.objects.find((each) => each.name === this.picked);
     const task = this.newest.tasks.find((each) => each.goal === this.picked || each.robot === this.picked);
-    const at = body && body.seed.visible ? body.seed.position.toArray() : thing && thing.at;
+    const seen = body && body.seed.visible;
+    const at = seen ? body.seed.position.toArray() : thing && thing.at;
     const kind = body ? `${body.kind}, ${body.motion}` : thing ? `${thing.kind}, registered by nobody` : "gone";
     const words = [this.picked, kind];
-    if (at) words.push(`at ${at.map((value) => value.toFixed(2)).join(", ")} m`);
+    if (at) words.push(`at ${at.map((value) => value.toFixed(2)).join(", ")} m${seen ? `, turned ${turn(body.seed.quaternion)}\u00B0` : ""}`);
     words.push(`cells: ${thing ? thing.cells : 0}`);
+    if (thing && thing.seen_by && thing.seen_by.length) words.push(`seen by: ${thing.seen_by.map((n) => `camera ${n}`).join(", ")}`);
     words.push(...this.seenBy(at));
     if (task) words.push(`task: ${task.robot || "nobody"} \u2192 ${task.goal}, ${task.status}`);
     const text = words.join("\n");

@@ -31,6 +31,10 @@ std::int32_t yarmJointRun(YarmJoint* joint, std::int64_t work) {
   }
 }
 
+std::int32_t yarmJointByExchange(const YarmJoint* joint) {
+  return joint->solver.byExchange() ? 1 : 0;
+}
+
 void yarmJointImprove(YarmJoint* joint, std::int64_t work) {
   joint->solver.improve(work);
 }

@@ -1,8 +1,6 @@
 #include "fleet.hpp"
 
 #include <algorithm>
-#include <functional>
-#include <queue>
 #include <utility>
 
 namespace yarm::joint {
@@ -10,50 +8,66 @@ namespace {
 
 constexpr std::int32_t kSteps[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 
-using Entry = std::pair<Cost, Place>;
-using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
-
-// Lowers costs from some places on along edges; `queue` holds those places.
-void spreadCosts(const std::vector<std::int32_t>& first, const std::vector<Edge>& edges, Queue queue,
-                 std::vector<Cost>* costs) {
-  while (!queue.empty()) {
-    const auto [cost, place] = queue.top();
-    queue.pop();
-    if (cost > (*costs)[place]) {
-      continue;
-    }
-    for (std::int32_t e = first[place]; e < first[place + 1]; ++e) {
-      const Cost further = cost + edges[e].cost;
-      if (further < (*costs)[edges[e].to]) {
-        (*costs)[edges[e].to] = further;
-        queue.emplace(further, edges[e].to);
+// Lowers costs from some places on along edges; costs are whole numbers, `dearest` the greatest of an edge.
+void spreadCosts(const std::vector<std::int32_t>& first, const std::vector<Edge>& edges, Cost dearest,
+                 const std::vector<Place>& ends, std::vector<Cost>* costs) {
+  std::vector<std::vector<Place>> rings(static_cast<std::size_t>(dearest) + 1);
+  for (const Place p : ends) {
+    (*costs)[p] = 0;
+  }
+  rings[0] = ends;
+  std::size_t waiting = ends.size();
+  for (Cost now = 0; waiting > 0; ++now) {
+    std::vector<Place>& ring = rings[static_cast<std::size_t>(now) % rings.size()];
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+      const Place place = ring[k];
+      for (std::int32_t e = first[place]; (*costs)[place] == now && e < first[place + 1]; ++e) {
+        const Cost further = now + edges[e].cost;
+        if (further < (*costs)[edges[e].to]) {
+          (*costs)[edges[e].to] = further;
+          rings[static_cast<std::size_t>(further) % rings.size()].push_back(edges[e].to);
+          ++waiting;
+        }
       }
     }
+    waiting -= ring.size();
+    ring.clear();
   }
+}
+
+// Whether two robots are handed over with the same tables.
+bool sameTables(std::int32_t gx, std::int32_t gy, const YarmJointRobot& one, const YarmJointRobot& other) {
+  if (one.n_headings != other.n_headings || one.n_turns != other.n_turns) {
+    return false;
+  }
+  const std::size_t image = static_cast<std::size_t>(gx) * gy;
+  return std::equal(one.shapes, one.shapes + one.n_headings, other.shapes) &&
+         std::equal(one.turns, one.turns + 3 * one.n_turns, other.turns) &&
+         std::equal(one.turn_shapes, one.turn_shapes + one.n_turns, other.turn_shapes) &&
+         std::equal(one.blocked, one.blocked + image * one.n_headings, other.blocked) &&
+         std::equal(one.turn_blocked, one.turn_blocked + image * one.n_turns, other.turn_blocked);
 }
 
 }  // namespace
 
 RobotGraph::RobotGraph(std::int32_t gx, std::int32_t gy, const YarmJointRobot& robot)
-    : turn_shapes_(robot.turn_shapes, robot.turn_shapes + robot.n_turns) {
+    : turn_shapes_(robot.turn_shapes, robot.turn_shapes + robot.n_turns), gx_(gx), gy_(gy) {
   addEdges(gx, gy, robot);
-  has_goal_ = robot.goal[0] >= 0;
-  for (Place p = 0; has_goal_ && p < size(); ++p) {
-    const Stand& at = stands_[p];
-    const bool turned = robot.goal[2] < 0 || robot.goal[2] == at.heading;
-    if (at.x == robot.goal[0] && at.y == robot.goal[1] && turned) {
-      goals_.push_back(p);
-    }
-  }
+}
+
+Place RobotGraph::find(std::int32_t x, std::int32_t y, std::int32_t heading) const {
+  const std::int64_t cell = (static_cast<std::int64_t>(heading) * gx_ + x) * gy_ + y;
+  const bool inside = x >= 0 && x < gx_ && y >= 0 && y < gy_ && heading >= 0;
+  return inside && cell < static_cast<std::int64_t>(number_.size()) ? number_[cell] : -1;
 }
 
 void RobotGraph::addEdges(std::int32_t gx, std::int32_t gy, const YarmJointRobot& robot) {
-  std::vector<Place> number(static_cast<std::size_t>(robot.n_headings) * gx * gy, -1);
+  number_.assign(static_cast<std::size_t>(robot.n_headings) * gx * gy, -1);
   const auto cell = [gx, gy](std::int32_t k, std::int32_t x, std::int32_t y) {
     return (static_cast<std::size_t>(k) * gx + x) * gy + y;
   };
   const auto reach = [&](std::int32_t x, std::int32_t y, std::int32_t h) {
-    Place& known = number[cell(h, x, y)];
+    Place& known = number_[cell(h, x, y)];
     if (known < 0) {
       known = size();
       stands_.push_back({x, y, h, robot.shapes[h]});
@@ -97,34 +111,22 @@ void RobotGraph::addEdges(std::int32_t gx, std::int32_t gy, const YarmJointRobot
 
 std::vector<Cost> RobotGraph::costsTo(const std::vector<Place>& ends) const {
   std::vector<Cost> costs(size(), kFar);
-  Queue queue;
-  for (const Place p : ends) {
-    costs[p] = 0;
-    queue.emplace(0, p);
-  }
-  spreadCosts(first_back_, back_, std::move(queue), &costs);
+  spreadCosts(first_back_, back_, greatest_cost_, ends, &costs);
   return costs;
 }
 
-std::vector<Place> RobotGraph::spread(std::size_t count) const {
-  std::vector<Place> chosen;
-  if (static_cast<std::size_t>(size()) <= count) {
-    for (Place p = 0; p < size(); ++p) {
-      chosen.push_back(p);
-    }
-    return chosen;
-  }
+std::vector<Place> RobotGraph::spread(std::vector<Place> seeds, std::size_t count) const {
   std::vector<Cost> costs(size(), kFar);
-  Place next = 0;
-  while (chosen.size() < count) {
-    chosen.push_back(next);
-    costs[next] = 0;
-    Queue queue;
-    queue.emplace(0, next);
-    spreadCosts(first_, edges_, std::move(queue), &costs);
-    next = static_cast<Place>(std::max_element(costs.begin(), costs.end()) - costs.begin());
+  spreadCosts(first_, edges_, greatest_cost_, seeds, &costs);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto farthest = std::max_element(costs.begin(), costs.end());
+    if (*farthest == 0) {
+      break;
+    }
+    seeds.push_back(static_cast<Place>(farthest - costs.begin()));
+    spreadCosts(first_, edges_, greatest_cost_, {seeds.back()}, &costs);
   }
-  return chosen;
+  return seeds;
 }
 
 PairTable::PairTable(const YarmJointShapes& shapes, std::int32_t one, std::int32_t other) {
@@ -177,9 +179,7 @@ PairTable::PairTable(const YarmJointShapes& shapes, std::int32_t one, std::int32
 Fleet::Fleet(std::int32_t gx, std::int32_t gy, const YarmJointShapes& shapes, std::int32_t n_robots,
              const YarmJointRobot* robots, std::int32_t n_near, const YarmJointNear* near)
     : gx_(gx), gy_(gy), n_shapes_(shapes.n) {
-  for (std::int32_t i = 0; i < n_robots; ++i) {
-    graphs_.emplace_back(gx, gy, robots[i]);
-  }
+  addRobots(n_robots, robots);
   std::vector<bool> stood(shapes.n, false);
   for (std::int32_t i = 0; i < n_robots; ++i) {
     for (std::int32_t h = 0; h < robots[i].n_headings; ++h) {
@@ -190,6 +190,9 @@ Fleet::Fleet(std::int32_t gx, std::int32_t gy, const YarmJointShapes& shapes, st
     for (std::int32_t other = 0; other < shapes.n; ++other) {
       tables_.push_back(stood[other] ? PairTable(shapes, one, other) : PairTable());
     }
+  }
+  for (const PairTable& table : tables_) {
+    reach_ = std::max(reach_, table.reach());
   }
   if (n_near > 0) {
     near_.resize(graphs_.size() * graphs_.size());
@@ -204,12 +207,40 @@ Fleet::Fleet(std::int32_t gx, std::int32_t gy, const YarmJointShapes& shapes, st
   }
 }
 
+void Fleet::addRobots(std::int32_t n_robots, const YarmJointRobot* robots) {
+  for (std::int32_t i = 0; i < n_robots; ++i) {
+    const YarmJointRobot& robot = robots[i];
+    Place start = -1;
+    for (std::int32_t j = 0; start < 0 && j < i; ++j) {
+      if (sameTables(gx_, gy_, robot, robots[j])) {
+        start = graphs_[j]->find(robot.start[0], robot.start[1], robot.start[2]);
+        if (start >= 0) {
+          graphs_.push_back(graphs_[j]);
+        }
+      }
+    }
+    if (start < 0) {
+      start = 0;
+      graphs_.push_back(std::make_shared<const RobotGraph>(gx_, gy_, robot));
+    }
+    starts_.push_back(start);
+    goals_.emplace_back();
+    has_goal_.push_back(robot.goal[0] >= 0 ? 1 : 0);
+    for (std::int32_t h = 0; robot.goal[0] >= 0 && h < robot.n_headings; ++h) {
+      const Place goal = graphs_[i]->find(robot.goal[0], robot.goal[1], h);
+      if (goal >= 0 && (robot.goal[2] < 0 || robot.goal[2] == h)) {
+        goals_.back().push_back(goal);
+      }
+    }
+  }
+}
+
 bool Fleet::apart(std::size_t i, Place place, std::size_t j, Place other) const {
-  const Stand& mine = graphs_[i].stand(place);
+  const Stand& mine = graphs_[i]->stand(place);
   if (const Near* near = nearOf(i, j, other)) {
     return near->blocked[(static_cast<std::size_t>(mine.heading) * gx_ + mine.x) * gy_ + mine.y] == 0;
   }
-  const Stand& theirs = graphs_[j].stand(other);
+  const Stand& theirs = graphs_[j]->stand(other);
   return !tables_[mine.shape * n_shapes_ + theirs.shape].touches(mine.x - theirs.x, mine.y - theirs.y);
 }
 
@@ -220,12 +251,12 @@ bool Fleet::clearOf(std::size_t i, Place from, const Edge& edge, std::size_t j, 
   if (edge.turn < 0) {
     return true;
   }
-  const Stand& mine = graphs_[i].stand(from);
+  const Stand& mine = graphs_[i]->stand(from);
   if (const Near* near = nearOf(i, j, other)) {
     return near->turn_blocked[(static_cast<std::size_t>(edge.turn) * gx_ + mine.x) * gy_ + mine.y] == 0;
   }
-  const Stand& theirs = graphs_[j].stand(other);
-  const PairTable& table = tables_[graphs_[i].turnShape(edge.turn) * n_shapes_ + theirs.shape];
+  const Stand& theirs = graphs_[j]->stand(other);
+  const PairTable& table = tables_[graphs_[i]->turnShape(edge.turn) * n_shapes_ + theirs.shape];
   return !table.touches(mine.x - theirs.x, mine.y - theirs.y);
 }
 

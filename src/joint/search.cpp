@@ -9,13 +9,6 @@ namespace {
 constexpr std::size_t kFirstTable = 1 << 12;
 constexpr std::uint64_t kNumber = 0xffffffffU;
 
-std::uint64_t mixed(std::uint64_t value) {
-  value += 0x9e3779b97f4a7c15U;
-  value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9U;
-  value = (value ^ (value >> 27)) * 0x94d049bb133111ebU;
-  return value ^ (value >> 31);
-}
-
 }  // namespace
 
 void Search::Buckets::push(Cost key, std::int32_t node) {
@@ -103,6 +96,13 @@ void Search::expand(std::int32_t node) {
     if (!params_.movable.empty() && !params_.movable[i]) {
       continue;
     }
+    if (params_.pairs != nullptr) {
+      here_extra_ = params_.pairs->extraOf(i, here_[i], here_);
+    }
+    if (params_.masks != nullptr && !params_.stops.empty()) {
+      blocked_ = &params_.masks->blocked(i, here_);
+      work_ += params_.masks->work();
+    }
     if (params_.stops.empty()) {
       expandEdges(node, i);
     } else {
@@ -111,12 +111,21 @@ void Search::expand(std::int32_t node) {
   }
 }
 
+bool Search::isFree(std::size_t i, Place from, const Edge& edge) {
+  if (blocked_ == nullptr) {
+    work_ += static_cast<std::int64_t>(fleet_.size());
+    return fleet_.isFree(i, from, edge, here_);
+  }
+  ++work_;
+  const std::size_t number = fleet_.graph(i).numberOf(&edge);
+  return ((*blocked_)[number / 64] >> number % 64 & 1) == 0;
+}
+
 void Search::expandEdges(std::int32_t node, std::size_t i) {
   const RobotGraph& graph = fleet_.graph(i);
   const Place from = here_[i];
   for (const Edge* edge = graph.begin(from); edge != graph.end(from); ++edge) {
-    work_ += static_cast<std::int64_t>(fleet_.size());
-    if (fleet_.isFree(i, from, *edge, here_)) {
+    if (isFree(i, from, *edge)) {
       offer(node, i, edge->to, edge->cost);
     }
   }
@@ -146,8 +155,7 @@ void Search::expandStops(std::int32_t node, std::size_t i) {
         if (further >= reached_[edge->to]) {
           continue;
         }
-        work_ += static_cast<std::int64_t>(fleet_.size());
-        if (fleet_.isFree(i, from, *edge, here_)) {
+        if (isFree(i, from, *edge)) {
           if (reached_[edge->to] == kFar) {
             touched_.push_back(edge->to);
           }
@@ -166,10 +174,18 @@ void Search::expandStops(std::int32_t node, std::size_t i) {
 }
 
 void Search::offer(std::int32_t node, std::size_t i, Place to, Cost cost) {
-  const Cost left = here_left_ - to_go_[i][here_[i]] + to_go_[i][to];
+  Cost left = here_left_ - to_go_[i][here_[i]] + to_go_[i][to];
   const Cost total = cost_[node] + cost;
   if (to_go_[i][to] >= kFar || total + left >= best_) {
     return;
+  }
+  if (params_.pairs != nullptr) {
+    const Cost extra = params_.pairs->extraOf(i, to, here_);
+    work_ += static_cast<std::int64_t>(fleet_.size());
+    if (extra >= kFar) {
+      return;
+    }
+    left += extra - here_extra_;
   }
   ++work_;
   const Place from = here_[i];
@@ -214,7 +230,7 @@ Cost Search::costToGo(const Places& places) const {
     }
     left += own;
   }
-  return left;
+  return params_.pairs == nullptr ? left : std::min(kFar, left + params_.pairs->extraOf(places));
 }
 
 void Search::placesOf(std::int32_t node, Places* places) const {

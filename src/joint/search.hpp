@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "fleet.hpp"
+#include "masks.hpp"
+#include "pairs.hpp"
 
 namespace yarm::joint {
 
@@ -27,6 +29,11 @@ struct SearchParams {
   Cost weight = 3;
   /// Whether a first queue, by the cost to go alone, takes turns with the second one.
   bool greedy = true;
+  /// Adds what any two cost each other to the cost to go, and leaves hopeless configurations out; for a first plan, not
+  /// for the cheapest one.
+  const Pairs* pairs = nullptr;
+  /// Says what is free; none: every edge is looked up. Shared by searches that take turns.
+  Masks* masks = nullptr;
   /// Only plans cheaper than this are wanted.
   Cost below = kFar;
   std::int64_t memory_bytes = std::int64_t{256} << 20;
@@ -78,6 +85,7 @@ class Search {
   void expand(std::int32_t node);
   void expandEdges(std::int32_t node, std::size_t i);
   void expandStops(std::int32_t node, std::size_t i);
+  bool isFree(std::size_t i, Place from, const Edge& edge);
   void offer(std::int32_t node, std::size_t i, Place to, Cost cost);
   std::int64_t bytes() const;
 
@@ -97,8 +105,9 @@ class Search {
   std::int64_t work_ = 0;
   // Of the expansion at hand.
   Places here_;
-  Cost here_left_ = 0;
+  Cost here_left_ = 0, here_extra_ = 0;
   std::uint64_t here_hash_ = 0;
+  const std::vector<std::uint64_t>* blocked_ = nullptr;  // of the robot at hand
   std::vector<Cost> reached_;
   std::vector<Place> touched_;
   std::vector<std::vector<Place>> rings_;

@@ -29,6 +29,8 @@ void checkParams(const AssociationParams& params) {
           "1 .. unknown_window");
   require(params.cloud_spacing >= 0.01 && params.cloud_spacing <= 0.5, "cloud_spacing", params.cloud_spacing,
           "0.01 .. 0.5 m");
+  require(params.debris_size >= 0.0 && params.debris_size <= 1.0, "debris_size", params.debris_size, "0 .. 1 m");
+  require(params.debris_rest >= 0.1 && params.debris_rest <= 60.0, "debris_rest", params.debris_rest, "0.1 .. 60 s");
   if (faults.tellp() > 0) {
     throw std::invalid_argument("association parameters refused: " + faults.str());
   }

@@ -104,18 +104,27 @@ CameraFit CameraWatch::fit(std::int32_t camera, const std::vector<Sample>& sampl
   }
   const Eigen::Vector3d centre = sum.ldlt().solve(right);
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  double moved = 0.0;  // mean square of what the turn moves points by across the surfaces, square metres
   for (const float trim : kTrims) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() / (kPriorDeviation * kPriorDeviation);
+    Eigen::Matrix3d arms = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    std::size_t near = 0;
     for (const Sample& s : samples) {
       const Eigen::Vector3d arm = (s.point.cast<double>() - centre).cross(s.normal.cast<double>());
       if (std::abs(s.distance - turn.dot(arm)) <= trim) {
         const double weight = static_cast<double>(s.inverse_deviation) * s.inverse_deviation;
         normal += weight * arm * arm.transpose();
+        arms += arm * arm.transpose();
         gradient += weight * s.distance * arm;
+        ++near;
       }
     }
     turn = normal.ldlt().solve(gradient);
+    moved = near > 0 ? turn.dot(arms * turn) / static_cast<double>(near) : 0.0;
+  }
+  if (moved < kModelDeviation * kModelDeviation) {
+    turn.setZero();  // the surfaces themselves may be off by so much
   }
   return {camera, samples.size(), median(std::move(off)), turn.norm() / kDegree};
 }

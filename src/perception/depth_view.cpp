@@ -150,11 +150,12 @@ bool fits(const Pinhole& optics, const CameraCloud& cloud) {
 }
 
 void clearDepths(const CameraCloud& cloud, const CropSetup& setup, const MergeParams& merge,
-                 const VisibilityParams& params, float grid_bottom, std::vector<float>& clear, bool force_scalar) {
+                 const VisibilityParams& params, float grid_bottom, const Rows& rows, std::vector<float>& clear,
+                 bool force_scalar) {
   clear.resize(cloud.width * cloud.height + kClearPadding);
   const Clearing clearing{setup, merge.noise, static_cast<float>(params.noise_sigmas), grid_bottom,
                           clearWithoutReading(params)};
-  for (std::size_t row = 0; row < cloud.height; ++row) {
+  for (std::size_t row = rows.first; row < std::min(rows.end, cloud.height); ++row) {
     float* out = clear.data() + row * cloud.width;
     std::size_t done = 0;
 #ifdef YARM_HAVE_AVX2_PATH

@@ -21,6 +21,12 @@ struct Pinhole {
   std::size_t height{0};
 };
 
+/// Rows of an image from `first` to before `end`; none where `end` <= `first`.
+struct Rows {
+  std::size_t first{0};
+  std::size_t end{0};
+};
+
 /// Most that a point may lie from the centre of its own pixel, pixels.
 constexpr double kMostOffPixel = 0.25;
 
@@ -34,11 +40,11 @@ constexpr double kMostOffPixel = 0.25;
 /// Floats behind the last pixel of clear depths, which mean nothing: pixels are looked at eight at a time.
 constexpr std::size_t kClearPadding = 8;
 
-/// For each pixel, row by row, the depth up to which its ray is clear, metres: a reading less its noise; +inf where the
-/// floor was seen; 0 without a reading, or the range when VisibilityParams::unread_is_clear. `force_scalar` keeps the
-/// portable path, for the tests.
+/// For each pixel of `rows`, row by row, the depth up to which its ray is clear, metres: a reading less its noise; +inf
+/// where the floor was seen; 0 without a reading, or the range when VisibilityParams::unread_is_clear. Other rows have
+/// their places in `clear` and mean nothing. `force_scalar` keeps the portable path, for the tests.
 void clearDepths(const CameraCloud& cloud, const CropSetup& setup, const MergeParams& merge,
-                 const VisibilityParams& params, float grid_bottom, std::vector<float>& clear,
+                 const VisibilityParams& params, float grid_bottom, const Rows& rows, std::vector<float>& clear,
                  bool force_scalar = false);
 
 /// The same of a cell in which nothing is, seen by a camera with these optics and pose.

@@ -2,50 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace yarm::perception {
 
 namespace {
 
 /// Cells behind a cell whose owners count: a reading there may still be in it, for all that its noise says.
-constexpr int kStepsBehind = 3;
-
-/// A walk through the cells that a line meets, from the middle of one of them (Amanatides and Woo, 1987).
-class Walk {
- public:
-  Walk(const GridSpec& spec, const Cell& from, const Eigen::Vector3d& to) : spec_(spec), at_{from.x, from.y, from.z} {
-    const Eigen::Vector3d way = to - spec.centre(from);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double cells = way[static_cast<Eigen::Index>(axis)] / spec.resolution(static_cast<int>(axis));
-      step_[axis] = cells < 0.0 ? -1 : 1;
-      share_[axis] = cells == 0.0 ? std::numeric_limits<double>::infinity() : 1.0 / std::abs(cells);
-      next_[axis] = 0.5 * share_[axis];
-    }
-  }
-
-  /// Goes on to the next cell; false when it lies outside, or beyond the end of the line.
-  bool go() {
-    const auto axis = static_cast<std::size_t>(std::min_element(next_.begin(), next_.end()) - next_.begin());
-    if (!(next_[axis] < 1.0)) {
-      return false;
-    }
-    next_[axis] += share_[axis];
-    at_[axis] += step_[axis];
-    return at_[axis] >= 0 && at_[axis] < spec_.size[axis];
-  }
-
-  [[nodiscard]] std::size_t index() const {
-    return static_cast<std::size_t>(spec_.indexOf(Cell{at_[0], at_[1], at_[2]}));
-  }
-
- private:
-  const GridSpec& spec_;
-  std::array<int, 3> at_;
-  std::array<int, 3> step_{};
-  std::array<double, 3> share_{};  // of the line, from one cell to the next along an axis
-  std::array<double, 3> next_{};   // share of the line at which the next cell along an axis begins
-};
+constexpr double kBehind = 3.0;
 
 std::uint32_t bitOf(std::size_t object) {
   return object < kNamedHiders ? 1U << object : kOtherHiders;
@@ -106,15 +69,55 @@ void HiderFinder::spread(std::size_t stride, std::size_t length) {
 }
 
 std::uint32_t HiderFinder::along(const Cell& cell, const Eigen::Vector3d& camera) const {
-  std::uint32_t bits = owners_[static_cast<std::size_t>(spec_.indexOf(cell))];
-  for (Walk walk(spec_, cell, camera); walk.go();) {
-    bits |= owners_[walk.index()];
+  const Eigen::Vector3d middle(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
+  const Eigen::Vector3d way =
+      (camera - spec_.centre(cell))
+          .cwiseQuotient(Eigen::Vector3d(spec_.resolution(0), spec_.resolution(1), spec_.resolution(2)));
+  const double longest = way.cwiseAbs().maxCoeff();
+  return onLine(middle, way, 1.0) | onLine(middle, -way, longest > 0.0 ? kBehind / longest : 0.0);
+}
+
+/// Bits of all cells that a line meets, from a point in cells on, for a share of a way; and of some right beside it.
+std::uint32_t HiderFinder::onLine(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share) const {
+  Eigen::Index along = 0;
+  const double longest = way.cwiseAbs().maxCoeff(&along);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {  // it ends at the grid's border at the latest
+    const double room = way[axis] < 0.0 ? from[axis] : spec_.size[static_cast<std::size_t>(axis)] - from[axis];
+    share = way[axis] == 0.0 ? share : std::min(share, room / std::abs(way[axis]));
   }
-  Walk away(spec_, cell, 2.0 * spec_.centre(cell) - camera);
-  for (int step = 0; step < kStepsBehind && away.go(); ++step) {
-    bits |= owners_[away.index()];
+  // Layer by layer along the axis in which it is longest: in one it meets at most two cells along each other axis.
+  const Eigen::Index across = (along + 1) % 3;
+  const Eigen::Index other = (along + 2) % 3;
+  const Layers a = layers(along);
+  const Layers b = layers(across);
+  const Layers c = layers(other);
+  const int step = way[along] < 0.0 ? -1 : 1;
+  const double length = share * longest;
+  const double slope_b = longest > 0.0 ? way[across] / longest : 0.0;
+  const double slope_c = longest > 0.0 ? way[other] / longest : 0.0;
+  int layer = static_cast<int>(from[along]);
+  std::ptrdiff_t b0 = b.at(from[across]);
+  std::ptrdiff_t c0 = c.at(from[other]);
+  std::uint32_t bits = 0;
+  for (double reached = 0.5; layer >= 0 && layer < a.count; reached += 1.0, layer += step) {
+    const double until = std::min(reached, length);
+    const std::ptrdiff_t b1 = b.at(from[across] + slope_b * until);
+    const std::ptrdiff_t c1 = c.at(from[other] + slope_c * until);
+    const std::uint32_t* const owners = owners_.data() + layer * a.stride;
+    bits |= owners[b0 + c0] | owners[b0 + c1] | owners[b1 + c0] | owners[b1 + c1];
+    if (reached >= length) {
+      break;
+    }
+    b0 = b1;
+    c0 = c1;
   }
   return bits;
+}
+
+HiderFinder::Layers HiderFinder::layers(Eigen::Index axis) const {
+  const auto gy = static_cast<std::ptrdiff_t>(spec_.size[1]);
+  const auto gz = static_cast<std::ptrdiff_t>(spec_.size[2]);
+  return {spec_.size[static_cast<std::size_t>(axis)], axis == 0 ? gy * gz : (axis == 1 ? gz : 1)};
 }
 
 }  // namespace yarm::perception

@@ -23,6 +23,10 @@ class ObjectMemory {
   [[nodiscard]] bool isRobot() const;
   [[nodiscard]] bool isTarget() const { return seed_.object == ObjectKind::kTarget; }
   [[nodiscard]] bool hasShape() const { return !solids_.empty(); }
+  /// True for a fixed body with a known shape on which something may lie.
+  [[nodiscard]] bool isFixture() const {
+    return seed_.is_static && seed_.object == ObjectKind::kObstacle && hasShape();
+  }
   /// True when it has several links that move against each other.
   [[nodiscard]] bool isArticulated() const { return link_frames_.size() > 1; }
 

@@ -53,6 +53,8 @@ class OriginalAssociator : public Associator {
     return result_;
   }
 
+  [[nodiscard]] const std::vector<TrackedObject>& tracks() const override { return none_; }
+
   void reset() override {
     memory_.clear();
     result_ = {};
@@ -197,6 +199,7 @@ class OriginalAssociator : public Associator {
   const std::vector<Seed>* seeds_{nullptr};
   std::map<std::string, Memory> memory_;
   AssociatedSet result_;
+  std::vector<TrackedObject> none_;
 };
 
 }  // namespace

@@ -25,6 +25,7 @@ struct PresentSet {
   std::vector<char> solid;              ///< parallel to objects: has it a body? All but targets
   std::vector<int> owner;               ///< of each point: index of the object, or kNobody
   std::vector<Eigen::Vector3f> placed;  ///< each point with its noise off a known surface taken away, metres, world
+  StampNs stamp_ns{0};                  ///< capture time of the set
 
   [[nodiscard]] int objectCount() const { return static_cast<int>(objects.size()); }
   [[nodiscard]] ObjectMemory& object(int i) const { return *objects[static_cast<std::size_t>(i)]; }

@@ -45,10 +45,16 @@ int nearestOf(const PresentSet& set, const std::vector<int>& candidates, const E
 Remainder::Remainder(const AssociationParams& params)
     : params_(params),
       components_(corner(params.grid.min), corner(params.grid.max), static_cast<float>(params.search_radius)),
-      unknown_(params) {}
+      unknown_(params),
+      tracks_(params) {}
 
 void Remainder::share(PresentSet& set, const SceneModel& model) {
-  unknown_.dissolve([&](const Eigen::Vector3f& p) { return isOnRobot(set, model, p); });
+  const auto on_robot = [&](const Eigen::Vector3f& p) { return isOnRobot(set, model, p); };
+  unknown_.dissolve(on_robot);
+  tracks_.dissolve(on_robot);
+  explained_.resize(set.owner.size());
+  std::transform(set.owner.begin(), set.owner.end(), explained_.begin(),
+                 [](int owner) { return static_cast<char>(owner != kNobody); });
   std::vector<Group> strangers;
   for (const Group& group : groups(set)) {
     Group left = shareGroup(set, model, group);
@@ -56,7 +62,9 @@ void Remainder::share(PresentSet& set, const SceneModel& model) {
       strangers.push_back(std::move(left));
     }
   }
+  tracks_.update(set.stamp_ns, *set.points, explained_, *set.absent, strangers);
   unknown_.update(*set.points, strangers, *set.absent);
+  unknown_.name(tracks_);
 }
 
 std::vector<Remainder::Group> Remainder::groups(const PresentSet& set) {

@@ -4,11 +4,13 @@
 #include "yarm/perception/association.hpp"
 
 #include "euclidean.hpp"
+#include "object_tracks.hpp"
 #include "present_set.hpp"
 #include "scene_model.hpp"
 #include "unknown_tracker.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace yarm::perception {
@@ -23,8 +25,17 @@ class Remainder {
   void share(PresentSet& set, const SceneModel& model);
   /// The points of the last set that no surface explained, floor noise left out: indices into its points.
   [[nodiscard]] const std::vector<std::uint32_t>& rest() const { return rest_; }
+  /// Ends the unknown things of which more than half is `known` now: they have become something else.
+  void forget(const std::function<bool(const Eigen::Vector3f&)>& known) {
+    unknown_.dissolve(known);
+    tracks_.forget(known);
+  }
   [[nodiscard]] const UnknownTracker& unknown() const { return unknown_; }
-  void reset() { unknown_.reset(); }
+  [[nodiscard]] const ObjectTracks& tracks() const { return tracks_; }
+  void reset() {
+    unknown_.reset();
+    tracks_.reset();
+  }
 
  private:
   using Group = std::vector<std::uint32_t>;
@@ -45,6 +56,8 @@ class Remainder {
   AssociationParams params_;
   EuclideanClusters components_;
   UnknownTracker unknown_;
+  ObjectTracks tracks_;
+  std::vector<char> explained_;  // by a surface: of each point
   std::vector<std::uint32_t> rest_;
   std::vector<Eigen::Vector3f> rest_points_;
 };

@@ -70,4 +70,8 @@ std::string unknownName(std::int64_t number) {
   return "unknown_" + std::to_string(number);
 }
 
+std::string strayName(std::int64_t number) {
+  return "debris_auto_" + std::to_string(number);
+}
+
 }  // namespace yarm::perception

@@ -131,10 +131,17 @@ void UnknownTracker::update(const std::vector<MergedPoint>& points,
   things_.erase(std::remove_if(things_.begin(), things_.end(),
                                [&](const UnknownThing& thing) { return (thing.history & window) == 0; }),
                 things_.end());
+}
+
+void UnknownTracker::name(ObjectTracks& tracks) {
   for (UnknownThing& thing : things_) {
-    if (thing.number == 0 && isBelieved(thing)) {
-      thing.number = next_number_++;
+    if (thing.number != 0 || !isBelieved(thing)) {
+      continue;
     }
+    const int number = tracks.numberOf(thing.source);
+    const bool taken = std::any_of(things_.begin(), things_.end(),
+                                   [number](const UnknownThing& other) { return other.number == number; });
+    thing.number = number == 0 || taken ? tracks.newNumber() : number;
   }
 }
 

@@ -3,6 +3,8 @@
 
 #include "yarm/perception/association.hpp"
 
+#include "object_tracks.hpp"
+
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -30,6 +32,8 @@ class UnknownTracker {
   /// Hands over the groups of unexplained points of a set, indices into `points`, and the cameras without a view in it.
   void update(const std::vector<MergedPoint>& points, const std::vector<std::vector<std::uint32_t>>& groups,
               const std::vector<std::int32_t>& absent);
+  /// Numbers the believed things that have no number: each as the track of its points, when no other thing has that.
+  void name(ObjectTracks& tracks);
   /// Forgets things of which more than half of the points are `explained`: something registered stands there.
   void dissolve(const std::function<bool(const Eigen::Vector3f&)>& explained);
   /// Believed things, in the order they were first believed.
@@ -48,7 +52,6 @@ class UnknownTracker {
   void miss(UnknownThing& thing, const std::vector<std::int32_t>& absent) const;
 
   AssociationParams params_;
-  int next_number_{1};
   std::vector<UnknownThing> things_;
 };
 

@@ -47,7 +47,8 @@ class VisibilityVoter::Camera {
   void vote(const CameraCloud& cloud, const MergeParams& merge, const VisibilityParams& params, std::uint16_t bit,
             CellVotes& votes) {
     if (views_) {
-      clearDepths(cloud, makeCropSetup(merge, pose_), merge, params, static_cast<float>(votes.grid.min[2]), clear_);
+      clearDepths(cloud, makeCropSetup(merge, pose_), merge, params, static_cast<float>(votes.grid.min[2]),
+                  views_->rows(), clear_);
       views_->vote(clear_, bit, votes);
     }
   }

@@ -4,6 +4,7 @@
 #include "object_memory.hpp"
 #include "present_set.hpp"
 #include "remainder.hpp"
+#include "stray_debris.hpp"
 #include "surface_explainer.hpp"
 #include "yarm/perception/piece.hpp"
 
@@ -17,27 +18,38 @@ namespace {
 /// writes the result.
 class YarmAssociator : public Associator {
  public:
-  explicit YarmAssociator(const AssociationParams& params) : params_(params), surfaces_(params), remainder_(params) {}
+  explicit YarmAssociator(const AssociationParams& params)
+      : params_(params), surfaces_(params), remainder_(params), strays_(params) {}
 
   const AssociatedSet& associate(const AssociationInput& input) override {
     takeSet(input);
     takeObjects(input);
     surfaces_.explain(set_);
     remainder_.share(set_, surfaces_.model());
+    strays_.update(set_, surfaces_.model());
+    if (strays_.foundAny()) {
+      remainder_.forget([this](const Eigen::Vector3f& p) { return strays_.foundAt(p); });
+    }
     if (set_.calibrating) {
       learn();
     }
     static const std::set<std::string> kNobodyGrasps;
     writeResult(input.set->stamp_ns);
-    giveLoads(hands_.update(set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps));
+    const std::vector<Hands::Load>& loads =
+        hands_.update(set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps);
+    giveLoads(loads);
+    strays_.carry(set_, loads);
     return result_;
   }
+
+  [[nodiscard]] const std::vector<TrackedObject>& tracks() const override { return remainder_.tracks().believed(); }
 
   void reset() override {
     memory_.clear();
     attachments_.reset();
     hands_.reset();
     remainder_.reset();
+    strays_.reset();
     result_ = {};
   }
 
@@ -48,6 +60,7 @@ class YarmAssociator : public Associator {
     ++set_.number;
     set_.points = &input.set->points;
     set_.absent = &input.set->absent;
+    set_.stamp_ns = input.set->stamp_ns;
     set_.calibrating = input.calibrating;
   }
 
@@ -70,6 +83,7 @@ class YarmAssociator : public Associator {
       set_.solid.push_back(slot->isTarget() ? 0 : 1);
     }
     memory_ = std::move(kept);
+    strays_.join(set_, *input.links);
   }
 
   /// In calibration: what an object was given beyond its known shape becomes its learnt surface.
@@ -101,10 +115,7 @@ class YarmAssociator : public Associator {
     }
     for (int i = 0; i < set_.objectCount(); ++i) {
       AssociatedObject& out = result_.objects[static_cast<std::size_t>(i)];
-      out.piece = out.object == ObjectKind::kDebris ? pieceOf(seenOf(out)) : std::nullopt;
-      if (out.piece) {
-        out.piece->cameras = camerasOf(out);
-      }
+      out.piece = viewOf(i, out);
       fillHidden(i, out);
     }
     fillInsides();
@@ -115,6 +126,21 @@ class YarmAssociator : public Associator {
       o.attached_to = attachments_.of(o.name);
     }
     writeUnknown(stamp_ns);
+  }
+
+  /// What is seen of a piece of debris in the set; empty for other objects, and when too little is.
+  [[nodiscard]] std::optional<PieceView> viewOf(int i, const AssociatedObject& out) const {
+    std::optional<PieceView> view = strays_.viewOf(i);
+    if (!view && out.object == ObjectKind::kDebris) {
+      view = pieceOf(seenOf(out));
+    } else if (view) {
+      view->points = out.source.size();
+    }
+    if (!view || view->points == 0) {
+      return std::nullopt;
+    }
+    view->cameras = camerasOf(out);
+    return view;
   }
 
   void startObject(int i, AssociatedObject& out) {
@@ -142,7 +168,10 @@ class YarmAssociator : public Associator {
       piece.points.clear();
       piece.source.clear();
       piece.hidden.clear();
-      piece.piece.reset();
+      piece.piece = strays_.viewOf(load.piece);
+      if (piece.piece) {
+        piece.piece->points = 1;  // its place is known, by the hand
+      }
       piece.carried = CarriedPiece{robot.name, load.T_tip_piece};
     }
   }
@@ -184,27 +213,40 @@ class YarmAssociator : public Associator {
     }
   }
 
+  /// What nobody registered: what shows, and what was seen and is hidden now.
   void writeUnknown(StampNs stamp_ns) {
+    const ObjectTracks& tracks = remainder_.tracks();
+    std::set<int> written;
     for (const UnknownThing* thing : remainder_.unknown().believed()) {
-      AssociatedObject out;
-      out.name = unknownName(thing->number);
-      out.is_unknown = true;
-      out.stamp_ns = stamp_ns;
-      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-      for (const Eigen::Vector3f& p : thing->points) {
-        sum += p;
-      }
-      out.T_world_seed.translation() = (sum / static_cast<float>(thing->points.size())).cast<double>();
-      (thing->source.empty() ? out.hidden : out.points) = thing->points;
-      out.source = thing->source;
-      result_.objects.push_back(std::move(out));
+      writeUnknown(stamp_ns, thing->number, thing->points, thing->source);
+      written.insert({thing->number, tracks.numberOf(thing->source)});
     }
+    for (const ObjectTracks::Place& place : tracks.placesBut(written, *set_.points)) {
+      writeUnknown(stamp_ns, place.number, place.points, place.source);
+    }
+  }
+
+  void writeUnknown(StampNs stamp_ns, int number, const std::vector<Eigen::Vector3f>& points,
+                    const std::vector<std::uint32_t>& source) {
+    AssociatedObject out;
+    out.name = unknownName(number);
+    out.is_unknown = true;
+    out.stamp_ns = stamp_ns;
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (const Eigen::Vector3f& p : points) {
+      sum += p;
+    }
+    out.T_world_seed.translation() = (sum / static_cast<float>(points.size())).cast<double>();
+    (source.empty() ? out.hidden : out.points) = points;
+    out.source = source;
+    result_.objects.push_back(std::move(out));
   }
 
   AssociationParams params_;
   PresentSet set_;
   SurfaceExplainer surfaces_;
   Remainder remainder_;
+  StrayDebris strays_;
   Attachments attachments_;
   Hands hands_;
   std::unordered_map<std::string, std::unique_ptr<ObjectMemory>> memory_;

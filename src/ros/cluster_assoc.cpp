@@ -40,6 +40,7 @@ ClusterAssoc::ClusterAssoc(const ros::NodeHandle& handle, const ros::NodeHandle&
       wait_ns_(static_cast<std::int64_t>((params_.sync ? kSyncWaitS : params_.seed_wait) * 1e9)),
       seeds_(params_.sync ? kMostAheadInLockStepNs : kMostAheadNs),
       last_seed_ns_(steadyNow()),
+      tracks_(handle_),
       health_(handle, "cluster_assoc: inputs"),
       camera_poses_(handle, "cluster_assoc: camera poses") {
   handle_.setCallbackQueue(&Executor::instance().queue());
@@ -247,6 +248,7 @@ void ClusterAssoc::process(perception::MergedSet& set) {
   const std::set<std::string> grasping = graspingAt(set.stamp_ns);
   input.grasping = &grasping;
   publishAssociated(associator_->associate(input));
+  tracks_.publish(set.stamp_ns, associator_->tracks());
   publishClusters(set);
   if (sets_seen_++ % kWatchEvery == 0) {
     watch_.add(input);

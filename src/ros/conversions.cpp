@@ -380,4 +380,15 @@ Read<perception::Knowledge> readRegistry(const yarm::ObjectRegistry& message) {
   return read;
 }
 
+std::vector<yarm::GridIndex> cellsOf(const perception::GridSpec& grid, const std::vector<std::int32_t>& indices) {
+  std::vector<yarm::GridIndex> cells(indices.size());
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const perception::Cell cell = grid.cellOf(indices[i]);
+    cells[i].x = cell.x;
+    cells[i].y = cell.y;
+    cells[i].z = cell.z;
+  }
+  return cells;
+}
+
 }  // namespace yarm

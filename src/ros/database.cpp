@@ -1,10 +1,10 @@
 #include "yarm/ros/database.hpp"
 
-#include "yarm/perception/predict.hpp"
 #include "yarm/ros/cell_markers.hpp"
 #include "yarm/ros/conversions.hpp"
 #include "yarm/ros/in_process.hpp"
 #include "yarm/ros/names.hpp"
+#include "yarm/ros/prediction.hpp"
 #include "yarm/ros/side_object.hpp"
 
 #include <algorithm>
@@ -25,24 +25,6 @@ std::vector<std::string> namesOf(const perception::AssociatedSet& set) {
     names.push_back(object.name);
   }
   return names;
-}
-
-yarm::GridIndex cellOf(const GridSpec& grid, std::int32_t index) {
-  const perception::Cell cell = grid.cellOf(index);
-  yarm::GridIndex message;
-  message.x = cell.x;
-  message.y = cell.y;
-  message.z = cell.z;
-  return message;
-}
-
-std::vector<yarm::GridIndex> cellsOf(const GridSpec& grid, const std::vector<std::int32_t>& indices) {
-  std::vector<yarm::GridIndex> cells;
-  cells.reserve(indices.size());
-  for (const std::int32_t index : indices) {
-    cells.push_back(cellOf(grid, index));
-  }
-  return cells;
 }
 
 std_msgs::ColorRGBA colour(std::size_t number) {
@@ -226,32 +208,11 @@ void Database::publishOccupancy(const perception::OccupancyGrid& grid) {
 
 bool Database::onPredict(yarm::PredictNewState::Request& request, yarm::PredictNewState::Response& response) {
   response.collision = true;
-  if (request.names.size() != request.poses.size()) {
-    response.message = "refused: " + std::to_string(request.names.size()) + " names for " +
-                       std::to_string(request.poses.size()) + " poses";
-    return true;
-  }
   if (!present_) {
     response.message = "refused: no camera set has been seen yet";
     return true;
   }
-  std::vector<std::pair<std::string, Eigen::Isometry3d>> moves;
-  for (std::size_t i = 0; i < request.names.size(); ++i) {
-    const Read<Eigen::Isometry3d> pose = readPose(request.poses[i]);
-    if (!pose.ok()) {
-      response.message = "refused: " + request.names[i] + ": " + pose.reason;
-      return true;
-    }
-    moves.emplace_back(request.names[i], pose.value);
-  }
-  const perception::Prediction prediction =
-      perception::predictNewState(present_->set, present_->grid, moves, params_.point_radius);
-  response.collision = !prediction.ok || prediction.collision;
-  response.cells = cellsOf(present_->grid, prediction.cells);
-  for (const auto& pair : prediction.pairs) {
-    response.pairs.push_back(pair.first + " " + pair.second);
-  }
-  response.message = prediction.ok ? prediction.message : "refused: " + prediction.message;
+  answerPrediction(request, present_->set, present_->grid, params_.point_radius, response);
   return true;
 }
 

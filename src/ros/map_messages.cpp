@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr double kMostTilt = 0.05;              // rad
 constexpr std::array<int, 3> kPlanar{0, 1, 5};  // x, y, yaw among x, y, z, roll, pitch, yaw
+constexpr double kMostVariance = 1e8;           // m^2, rad^2
 constexpr double kLeastResolution = 0.001;      // m
 constexpr double kMostResolution = 10.0;        // m
 constexpr std::size_t kMostCells = std::size_t{1} << 26;
@@ -23,6 +25,11 @@ std::optional<slam::Pose2> pose2Of(const geometry_msgs::Pose& message, std::stri
   const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
   if (!std::isfinite(p.x + p.y + p.z) || !(std::abs(rotation.norm() - 1.0) < 1e-2)) {
     *reason = "its position must be finite and its quaternion of length 1, it has " + std::to_string(rotation.norm());
+    return std::nullopt;
+  }
+  if (std::max(std::abs(p.x), std::abs(p.y)) > slam::kMostFar) {
+    *reason = "it is " + std::to_string(std::max(std::abs(p.x), std::abs(p.y))) + " m off on an axis, at most " +
+              std::to_string(slam::kMostFar);
     return std::nullopt;
   }
   const Eigen::Matrix3d axes = rotation.normalized().toRotationMatrix();
@@ -71,6 +78,10 @@ std::optional<slam::PoseBelief> beliefOf(const geometry_msgs::PoseWithCovariance
     for (int column = 0; column < 3; ++column) {
       belief.covariance(row, column) = message.covariance[6 * kPlanar[row] + kPlanar[column]];
     }
+  }
+  if (!(belief.covariance.cwiseAbs().maxCoeff() <= kMostVariance)) {
+    *reason = "its covariance must be finite and at most " + std::to_string(kMostVariance);
+    return std::nullopt;
   }
   return belief;
 }

@@ -58,6 +58,7 @@ MergeClouds::MergeClouds(const ros::NodeHandle& handle, const ros::NodeHandle& p
       tf_(TfSource::shared()),
       assembler_(assemblerOptions(params_)),
       view_(params_.view, params_.camera_topics.size()),
+      pictures_(params_.pictures, params_.camera_topics.size()),
       cameras_(params_.camera_topics.size()),
       wait_ns_(ns(params_.sync ? kSyncWaitS : params_.tf_wait)),
       health_(handle, "merge_clouds: cameras"),
@@ -101,6 +102,13 @@ void MergeClouds::onCloud(std::size_t index, const sensor_msgs::PointCloud2Const
     drop(index, *message, "its stamp is " + std::to_string(ahead_s) + " s ahead of the clock");
   } else {
     camera.wrong_frame.clear();
+    camera.picture = pictures_.judge(index, view.value);
+    if (camera.picture.frozen) {
+      char text[96];
+      std::snprintf(text, sizeof(text), "frozen: it has been the same to the byte for %.1f s", camera.picture.same_s);
+      drop(index, *message, text);
+      return;
+    }
     camera.inbox.push_back({message, view.value, steadyNow()});
   }
 }
@@ -288,6 +296,7 @@ void MergeClouds::reset() {
   ROS_WARN("merge_clouds: time went back; starting afresh");
   assembler_.reset();
   view_.reset();
+  pictures_.reset();
   visibility_.reset();
   published_ns_.reset();
   for (Camera& camera : cameras_) {
@@ -325,6 +334,11 @@ void MergeClouds::diagnoseCamera(std::size_t index, std::int64_t now_ns) {
   } else if (camera.judged && !camera.view.sees) {
     health_.warn(camera.topic + ": blind: " + percent(camera.view.share) + " of its points are finite, usually " +
                  percent(camera.view.usual));
+  }
+  if (camera.picture.covered > 0.0) {
+    health_.warn(camera.topic + ": " + percent(camera.picture.covered) + " of its image, around pixel " +
+                 std::to_string(camera.picture.u) + ", " + std::to_string(camera.picture.v) +
+                 ", used to have readings and has none: dirt on the lens, or something that swallows its light");
   }
   if (camera.absurd > 0) {
     health_.warn(camera.topic + ": infinite or absurd points in " + std::to_string(camera.absurd) + " clouds");

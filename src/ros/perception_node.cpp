@@ -1,29 +1,48 @@
 // All perception nodes as nodelets of one process: clouds are handed over by pointer. Each keeps its own name, private
-// parameters and remappings.
+// parameters and remappings. They are linked in, and nobody can load or unload any through the process.
 #include <ros/ros.h>
 
-#include "yarm/ros/executor.hpp"
+#include "yarm/ros/cluster_assoc.hpp"
+#include "yarm/ros/database.hpp"
+#include "yarm/ros/merge_clouds.hpp"
+#include "yarm/ros/nodelet_of.hpp"
 
 #include <nodelet/loader.h>
 
+#include <boost/function.hpp>
+#include <boost/make_shared.hpp>
+
 #include <array>
 #include <exception>
-#include <utility>
+#include <string>
+
+namespace {
+
+boost::shared_ptr<nodelet::Nodelet> made(const std::string& name) {
+  if (name == "database") {
+    return boost::make_shared<yarm::NodeletOf<yarm::Database>>();
+  }
+  if (name == "cluster_assoc") {
+    return boost::make_shared<yarm::NodeletOf<yarm::ClusterAssoc>>();
+  }
+  return boost::make_shared<yarm::NodeletOf<yarm::MergeClouds>>();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   yarm::keepBuffers();
   ros::init(argc, argv, "perception");
-  nodelet::Loader loader(true);
-  const std::array<std::pair<const char*, const char*>, 3> nodes{
-      {{"database", "yarm/Database"}, {"cluster_assoc", "yarm/ClusterAssoc"}, {"merge_clouds", "yarm/MergeClouds"}}};
-  for (const auto& node : nodes) {
+  nodelet::Loader loader{boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)>(made)};
+  const std::array<const char*, 3> nodes{"database", "cluster_assoc", "merge_clouds"};
+  for (const char* node : nodes) {
     try {
-      if (!loader.load(ros::names::resolve(node.first), node.second, ros::names::getRemappings(), {})) {
-        ROS_FATAL("%s could not be loaded; see above", node.first);
+      if (!loader.load(ros::names::resolve(node), node, ros::names::getRemappings(), {})) {
+        ROS_FATAL("%s could not be loaded; see above", node);
         return 1;
       }
     } catch (const std::exception& error) {
-      ROS_FATAL("%s: %s", node.first, error.what());
+      ROS_FATAL("%s: %s", node, error.what());
       return 1;
     }
   }

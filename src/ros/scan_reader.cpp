@@ -33,11 +33,59 @@ slam::Scan toScan(const sensor_msgs::LaserScan& message, const slam::Pose2& T_ba
   return scan;
 }
 
+std::optional<slam::Pose2> planar(const tf2::BufferCore& tf, const std::string& to, const std::string& from,
+                                  const ros::Time& stamp, bool* upside_down, std::string* reason) {
+  geometry_msgs::TransformStamped found;
+  try {
+    found = tf.lookupTransform(to, from, stamp);
+  } catch (const tf2::TransformException& error) {
+    *reason = "no transform " + to + " <- " + from + " at the scan's time: " + error.what() + "; who publishes it?";
+    return std::nullopt;
+  }
+  const auto& t = found.transform.translation;
+  const auto& r = found.transform.rotation;
+  const Eigen::Quaterniond rotation(r.w, r.x, r.y, r.z);
+  if (!std::isfinite(t.x + t.y + t.z) || !(std::abs(rotation.norm() - 1.0) < 1e-3)) {
+    *reason =
+        "the transform " + to + " <- " + from + " is no rigid motion (not finite, or its quaternion not of length 1)";
+    return std::nullopt;
+  }
+  const Eigen::Matrix3d axes = rotation.toRotationMatrix();
+  *upside_down = axes(2, 2) < 0.0;
+  if (std::acos(std::min(1.0, std::abs(axes(2, 2)))) > kMostTilt) {
+    *reason = "the transform " + to + " <- " + from + " is tilted by more than " + std::to_string(kMostTilt) +
+              " rad: only a level scan can be used";
+    return std::nullopt;
+  }
+  return slam::Pose2{t.x, t.y, std::atan2(axes(1, 0), axes(0, 0))};
+}
+
 }  // namespace
 
+ScanOrFault readScan(const sensor_msgs::LaserScan& message, const tf2::BufferCore& tf, const ScanReaderParams& params) {
+  ScanOrFault result;
+  const ros::Time& stamp = message.header.stamp;
+  if (stamp.sec > kLatestStamp) {
+    result.fault = "its stamp is " + std::to_string(stamp.sec) + " s, at most " + std::to_string(kLatestStamp) +
+                   " s: what is sent some time after it has no stamp; is its clock right?";
+    result.topic = "stamp";
+    return result;
+  }
+  bool upside_down = false;
+  bool base_upside_down = false;
+  const auto mount = planar(tf, params.base_frame, message.header.frame_id, stamp, &upside_down, &result.fault);
+  const auto odometry =
+      mount ? planar(tf, params.odom_frame, params.base_frame, stamp, &base_upside_down, &result.fault) : std::nullopt;
+  if (odometry) {
+    result.scan = toScan(message, *mount, upside_down, *odometry, params);
+  } else {
+    result.topic = "transform";
+  }
+  return result;
+}
+
 ScanReader::ScanReader(const ros::NodeHandle& handle, const ScanReaderParams& params)
-    : params_(params),
-      listener_(std::make_unique<tf2_ros::TransformListener>(tf_, handle, false, ros::TransportHints().tcpNoDelay())) {}
+    : params_(params), listener_(std::make_unique<TfListener>(tf_, handle)) {}
 
 void ScanReader::push(const sensor_msgs::LaserScanConstPtr& message) {
   inbox_.push_back({message, steadyNow()});
@@ -59,49 +107,13 @@ std::optional<ScanOrFault> ScanReader::next() {
     return std::nullopt;
   }
   const Arrival& first = inbox_.front();
-  const sensor_msgs::LaserScan& message = *first.message;
-  bool upside_down = false;
-  bool base_upside_down = false;
-  const ros::Time& stamp = message.header.stamp;
-  const auto mount = planar(params_.base_frame, message.header.frame_id, stamp, &upside_down, &result.fault);
-  const auto odometry =
-      mount ? planar(params_.odom_frame, params_.base_frame, stamp, &base_upside_down, &result.fault) : std::nullopt;
-  if (odometry) {
-    result.scan = toScan(message, *mount, upside_down, *odometry, params_);
-  } else if (static_cast<double>(steadyNow() - first.arrived_ns) < params_.tf_wait * 1e9) {
+  result = readScan(*first.message, tf_, params_);
+  const bool in_time = static_cast<double>(steadyNow() - first.arrived_ns) < params_.tf_wait * 1e9;
+  if (result.topic == "transform" && in_time) {
     return std::nullopt;
-  } else {
-    result.topic = "transform";
   }
   inbox_.pop_front();
   return result;
-}
-
-std::optional<slam::Pose2> ScanReader::planar(const std::string& to, const std::string& from, const ros::Time& stamp,
-                                              bool* upside_down, std::string* reason) const {
-  geometry_msgs::TransformStamped found;
-  try {
-    found = tf_.lookupTransform(to, from, stamp);
-  } catch (const tf2::TransformException& error) {
-    *reason = "no transform " + to + " <- " + from + " at the scan's time: " + error.what() + "; who publishes it?";
-    return std::nullopt;
-  }
-  const auto& t = found.transform.translation;
-  const auto& r = found.transform.rotation;
-  const Eigen::Quaterniond rotation(r.w, r.x, r.y, r.z);
-  if (!std::isfinite(t.x + t.y + t.z) || !(std::abs(rotation.norm() - 1.0) < 1e-3)) {
-    *reason =
-        "the transform " + to + " <- " + from + " is no rigid motion (not finite, or its quaternion not of length 1)";
-    return std::nullopt;
-  }
-  const Eigen::Matrix3d axes = rotation.toRotationMatrix();
-  *upside_down = axes(2, 2) < 0.0;
-  if (std::acos(std::min(1.0, std::abs(axes(2, 2)))) > kMostTilt) {
-    *reason = "the transform " + to + " <- " + from + " is tilted by more than " + std::to_string(kMostTilt) +
-              " rad: only a level scan can be used";
-    return std::nullopt;
-  }
-  return slam::Pose2{t.x, t.y, std::atan2(axes(1, 0), axes(0, 0))};
 }
 
 void ScanReader::clear() {

@@ -9,7 +9,7 @@ namespace yarm {
 
 TfSource::TfSource() {
   handle_.setCallbackQueue(&Executor::instance().queue());
-  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, handle_, false, ros::TransportHints().tcpNoDelay());
+  listener_ = std::make_unique<TfListener>(buffer_, handle_);
 }
 
 std::shared_ptr<TfSource> TfSource::shared() {

@@ -7,6 +7,7 @@ namespace yarm::slam {
 
 namespace {
 
+constexpr double kMostBearing = 4.0 * M_PI;  // rad
 constexpr std::size_t kMostBeams = 20000;
 constexpr int kMostMissing = 3;  // beams without a range that a line may pass over
 constexpr double kRadiusSigmas =
@@ -116,6 +117,16 @@ class Beams {
   std::vector<double> ranges_;
 };
 
+std::string faultOfPlace(const Pose2& pose, const std::string& what) {
+  if (!pose.isFinite()) {
+    return what + " is not finite";
+  }
+  const double far = std::max(std::abs(pose.x), std::abs(pose.y));
+  return far <= kMostFar
+             ? ""
+             : what + " is " + std::to_string(far) + " m off on an axis, at most " + std::to_string(kMostFar);
+}
+
 }  // namespace
 
 std::optional<double> usableRange(const Scan& scan, std::size_t beam, const ScanParams& params) {
@@ -143,10 +154,12 @@ std::string faultOf(const Scan& scan) {
   if (!(scan.range_min >= 0.0) || !(scan.range_max > scan.range_min)) {
     return "the scan's range_min must be at least 0 and range_max above it";
   }
-  if (!scan.T_base_sensor.isFinite()) {
-    return "the sensor's pose on the robot is not finite";
+  if (std::abs(scan.angle_min) > kMostBearing) {
+    return "the scan's angle_min is " + std::to_string(scan.angle_min) + " rad, at most " +
+           std::to_string(kMostBearing) + "; is it in radians?";
   }
-  return scan.T_odom_base.isFinite() ? "" : "the odometry's pose is not finite";
+  const std::string fault = faultOfPlace(scan.T_base_sensor, "the sensor's pose on the robot");
+  return fault.empty() ? faultOfPlace(scan.T_odom_base, "the odometry's pose") : fault;
 }
 
 ScanPoints::ScanPoints(const Scan& scan, const ScanParams& params) {

@@ -7,6 +7,7 @@ A file is refused before it can cost much: by its size, by how deep and how ofte
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
@@ -288,7 +289,7 @@ def load_yaml(path: Path) -> object:
     Raises:
         SceneError: no such file, too large, not YAML, or a key given twice.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):  # Path.is_file() raises where a name is too long to be one
         raise SceneError(f"{path}: no such file")
     try:
         with path.open("rb") as file:

@@ -11,7 +11,7 @@ import rosservice
 import rostest
 
 from yarm.control.mux import MuxParams, mux_inputs
-from yarm.ros.common import api, api_explorer, api_inspection, api_navigation, api_rooms, names
+from yarm.ros.common import api, api_explorer, api_inspection, api_navigation, api_rooms, api_youbot, names
 from yarm.ros.common.start import init_node
 
 ROBOTS = ("ankurbot_1", "ankurbot_2")
@@ -26,6 +26,7 @@ MARKS = (
 )
 TABLES = {
     "cell": (api.TOPICS, api.SERVICES, api.ACTIONS),
+    "youbot": (api_youbot.TOPICS, api_youbot.SERVICES, ()),
     "room": (api_rooms.TOPICS, api_rooms.SERVICES, ()),
     "exploration": (api_explorer.EVERY_TOPIC, api_explorer.EVERY_SERVICE, ()),
     "inspection": (api_inspection.EVERY_TOPIC, api_inspection.EVERY_SERVICE, api_navigation.ACTIONS),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -32,6 +33,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.commander_driver import CommanderDriver
 
 FAR = (-1.9, 1.65)
+WHAT_IF_S = 600.0
+"""Wall time that forks may take: at the least priority, s."""
 
 
 class CommanderTest(CommanderDriver):
@@ -95,16 +98,33 @@ class CommanderTest(CommanderDriver):
         self.assertFalse(self.ask(next_state=True).success)
         self.ended()
         self.enter(CommanderStatus.MENU, next_state=True)
-        self.go("target_1", FAR)
-        self.assertIn("busy", self.ask(next_state=True).message)
+        self.put("target_1", "Target", *FAR)
+        self.wait(lambda: "target_1" in self.in_map, "target_1 in the map")
         self.what_if()
+        self.begin_mission()
+        self.wait(self.moving, "robot on its way")
+        self.assertIn("busy", self.ask(next_state=True).message)
         self.ended()
 
     def what_if(self):
-        """A faulty question is answered at once; that a good one is, test_what_if.py shows without a cell beside it."""
-        wrong = rospy.ServiceProxy(names.COMMANDER_WHAT_IF, WhatIf)(alternatives=["planner=nobody"], runs=1)
+        """The cell as it is, forked by service and by command; a faulty question is refused."""
+        service = rospy.ServiceProxy(names.COMMANDER_WHAT_IF, WhatIf)
+        wrong = service(alternatives=["planner=nobody"], runs=1)
         self.assertFalse(wrong.success)
         self.assertIn("planner = 'nobody': must be one of", wrong.message)
+        right = service(alternatives=["", "particles=100"], runs=1, seed=3)
+        self.assertTrue(right.success, right.message)
+        told = [(one.name, one.runs, one.cleared) for one in right.answers]
+        self.assertEqual(told, [("as it is", 1, 1), ("particles=100", 1, 1)], right.message)
+        self.assertGreater(Path(right.plot).stat().st_size, 5000)
+        with tempfile.TemporaryDirectory() as folder:
+            command = ["rosrun", "yarm", "what_if", "--set", "particles=100", "--runs", "1", "--results", folder]
+            done = subprocess.run(command, capture_output=True, text=True, timeout=WHAT_IF_S, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            said = done.stdout
+            self.assertRegex(said, r"the live cell at [0-9.]+ s: 2 alternatives, 1 runs each")
+            self.assertRegex(said, r"2 runs in [0-9.]+ s:[^:]*as it is +1 of 1[^:]*particles=100 +1 of 1")
+            self.assertGreater((Path(folder) / "what_if" / "answer.png").stat().st_size, 5000)
 
     def test_3_previous_stops_at_the_waypoint_and_the_command_line_runs_again(self):
         self.go("target_2", (0.65, 1.65))

@@ -6,7 +6,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -32,6 +34,7 @@ from support.commander_driver import CommanderDriver
 from support.room_bag import LENGTH_S, ODOM_AT_M, SPEED_MPS, write_room_bag
 
 ROBOT, TARGET = "ankurbot_1", "target_1"
+RESULTS = Path(os.environ["ROS_HOME"]) / "kept"
 NEAR_M = 0.05
 REST_S, RESTS_FOR_S, REST_MPS = 0.5, 1.0, 0.03
 SOON_S = 0.1
@@ -68,8 +71,10 @@ class ConsoleTest(CommanderDriver):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
+        shutil.rmtree(RESULTS, ignore_errors=True)
         cls.track, cls.frames, cls.safety = [], {}, SafetyStatus()
-        rospy.Subscriber("/tf", TFMessage, cls.on_tf, queue_size=1000)
+        for topic in ("/tf", "/tf_static"):
+            rospy.Subscriber(topic, TFMessage, cls.on_tf, queue_size=1000)
         rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, cls.on_safety, queue_size=100)
         cls.registry = rospy.wait_for_message(names.OBJECT_REGISTRY, ObjectRegistry, timeout=cls.LIMIT_S)
         cls.address = cls.start_console(0)
@@ -80,7 +85,10 @@ class ConsoleTest(CommanderDriver):
     def start_console(cls, port):
         """Start one on a port, and give the address that it prints."""
         cls.console = subprocess.Popen(
-            ["rosrun", "yarm", "console", f"_port:={port}"], stdout=subprocess.PIPE, text=True, bufsize=1
+            ["rosrun", "yarm", "console", f"_port:={port}", f"_results:={RESULTS}"],
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
         )
         said = iter(cls.console.stdout.readline, "")
         return next(match for match in (re.search(r"http://\S+", line) for line in said) if match).group()
@@ -138,14 +146,15 @@ class ConsoleTest(CommanderDriver):
         self.loop.run_until_complete(self.browser.open(self.address))
         self.shows("window.yarmConsole && yarmConsole.pictures() > 1 && yarmConsole.cellsDrawn() > 0")
         self.assertNotIn("token", self.page("location.href"), "the token stays in the address")
+        frames = {entry.name: entry.seed_frame.lstrip("/") for entry in self.registry.entries}
+        self.wait(lambda: set(frames.values()) <= set(self.frames), "poses of all bodies from the simulator")
         shown = {body["name"]: body for body in self.page("yarmConsole.bodies()")}
-        self.assertEqual(set(shown), {entry.name for entry in self.registry.entries})
+        self.assertEqual(set(shown), set(frames))
         for entry in self.registry.entries:
-            body, frame = shown[entry.name], entry.seed_frame.lstrip("/")
+            body, at = shown[entry.name], self.frames[frames[entry.name]]
             self.assertEqual((body["kind"], body["meshes"]), (entry.object, len(entry.shapes)), entry.name)
-            if frame in self.frames:
-                self.assertLess(np.abs(self.frames[frame] - body["at"]).max(), NEAR_M, entry.name)
-        self.assertIn(names.ee_frame(ROBOT), self.frames)
+            self.assertLess(np.abs(at - body["at"]).max(), NEAR_M, entry.name)
+        self.assertEqual(len(frames), 2, "the robot and the crate")
         cells = self.page("[yarmConsole.cells(), yarmConsole.cellsDrawn()]")
         self.assertEqual(sum(cells[0].values()), cells[1])
         self.assertGreater(cells[0][ROBOT], 100)
@@ -265,11 +274,26 @@ class ConsoleTest(CommanderDriver):
         self.page(f"document.querySelector('#token').value = '{token}'")
         self.page("document.querySelector('#token-form').requestSubmit()")
         self.shows("document.querySelector('#answer').textContent === 'the token is right'")
+        self.loop.run_until_complete(self.browser.call("Page.bringToFront"))  # a hidden page draws nothing
+        self.shows("document.querySelector('#stop-state').textContent === 'everything may move'")
+        for state in ("CLEANUP", "IDLE"):
+            self.press(state)
         self.shows("yarmConsole.film().last_s > yarmConsole.film().first_s")
         self.page("document.querySelector('#step-back').click()")
         self.shows("yarmConsole.watching() === 'film'")
         self.page("document.querySelector('#stop').click()")
         self.wait(lambda: self.safety.latched, "the monitor's word, while the page looks back")
+
+    def test_8_the_mission_that_its_buttons_drove_has_a_proof_sheet_on_the_page(self):
+        self.wait(lambda: list(RESULTS.glob("by_hand/console/*/proof.html")), "proof sheet of the mission")
+        (sheet,) = RESULTS.glob("by_hand/console/*/proof.html")
+        text = sheet.read_text(encoding="utf-8")
+        self.assertRegex(text, f"Target {TARGET}: reached")
+        self.assertRegex(text, "hash of all decisions</td><td>[0-9a-f]{64}<")
+        self.page("document.querySelector('#tab-results').click()")
+        run = f"document.querySelector('[data-run=\"by_hand/console/{sheet.parent.name}\"]')"
+        self.shows(f"((button) => button && (button.click(), true))({run})")
+        self.shows("[...document.querySelectorAll('#run a')].some((link) => link.textContent === 'proof sheet')")
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ class Mission:
             if begun:
                 self.sets += 1
                 self.act()
-            self.ack.publish(StepAck(Header(stamp=stamp), "control_sync", self.sent))
+            self.ack.publish(StepAck(header=Header(stamp=stamp), node="control_sync", commands_sent=self.sent))
 
     def act(self) -> None:
         if self.sets == 5:

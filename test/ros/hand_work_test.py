@@ -7,7 +7,7 @@ import sys
 import threading
 import unittest
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -100,11 +100,30 @@ class HandWorkTest(unittest.TestCase):
             self.assertTrue(found, f"no {frame} at {from_s:.2f} s")
             return self.at[frame][1]
 
-    def ask(self, action: str, xy: Tuple[float, float]) -> Any:
-        """State and message at the end of a goal with the tip over a place."""
-        self.participant.ask(lambda: self.client.send_goal(goal_over(action, xy)))
+    def ask(self, action: str, xy: Tuple[float, float], heard: Optional[List[Tuple[str, float]]] = None) -> Any:
+        """State and message at the end of a goal with the tip over a place; ``heard`` takes stages and lifts."""
+        told: List[Tuple[str, float]] = [] if heard is None else heard
+        self.participant.ask(
+            lambda: self.client.send_goal(
+                goal_over(action, xy), feedback_cb=lambda feedback: told.append((feedback.stage, feedback.lift))
+            )
+        )
         self.assertTrue(self.client.wait_for_result(rospy.Duration(LIMIT_S)), f"{action}: no end")
         return self.client.get_state(), self.client.get_result().message
+
+    def test_0_a_name_that_is_none_is_refused_and_nothing_moves(self) -> None:
+        """By name, with what is wanted."""
+        here = tuple(self.place(f"{ROBOT}/ee")[:2].tolist())
+        for action, words in (
+            ("PICK chair", "nobody in object_registry is called chair"),
+            ("PICK table", "table is no piece of debris"),
+            ("DROP debris_1", "debris_1 is no bin"),
+            ("PICK", "needs the name of a piece of debris, as in 'PICK debris_1'"),
+        ):
+            self.participant.ask(lambda a=action: self.client.send_goal(goal_over(a, (here[0] + 0.2, here[1]))))
+            self.assertTrue(self.client.wait_for_result(rospy.Duration(LIMIT_S)), f"{action}: no end")
+            self.assertEqual(self.client.get_state(), GoalStatus.REJECTED)
+            self.assertIn(words, self.client.get_goal_status_text())
 
     def test_1_with_an_empty_hand_nothing_is_let_go(self) -> None:
         """The base goes there all the same."""
@@ -114,8 +133,12 @@ class HandWorkTest(unittest.TestCase):
     def test_2_a_piece_is_aligned_with_and_picked_up(self) -> None:
         """The tip is brought within a centimetre, which a base alone does not do."""
         piece = self.place(PIECE)
-        state, said = self.ask(f"PICK {PIECE}", (float(piece[0]), float(piece[1])))
+        heard: List[Tuple[str, float]] = []
+        state, said = self.ask(f"PICK {PIECE}", (float(piece[0]), float(piece[1])), heard)
         self.assertEqual(state, GoalStatus.SUCCEEDED, said)
+        stages = [stage for stage, _ in heard]
+        self.assertEqual(list(dict.fromkeys(stages)), ["aligning", "down", "up"])
+        self.assertGreater(max(lift_m for _, lift_m in heard), LOWERED_M)
         self.assertRegex(said, r"picked up 0\.1[45]\d m down")
         stamp_s = self.at[PIECE][0]
         tip, piece = self.place(f"{ROBOT}/ee", stamp_s), self.place(PIECE, stamp_s)
@@ -124,7 +147,7 @@ class HandWorkTest(unittest.TestCase):
 
     def test_3_another_piece_is_not_picked_up_meanwhile(self) -> None:
         """One at a time."""
-        state, said = self.ask("PICK debris_2", tuple(self.place(f"{ROBOT}/ee")[:2].tolist()))
+        state, said = self.ask(f"PICK {PIECE}", tuple(self.place(f"{ROBOT}/ee")[:2].tolist()))
         self.assertEqual((state, said), (GoalStatus.ABORTED, "something hangs on the cup already"))
 
     def test_4_after_a_cancelled_drop_the_base_stands_until_the_hand_is_up(self) -> None:

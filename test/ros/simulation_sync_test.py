@@ -102,7 +102,8 @@ class Everyone:
             self.sent += 1
         if self.greets_only and self.gaps_s:
             return
-        self._ack.publish(StepAck(Header(stamp=stamp), rospy.get_name(), self.sent + int(self.short and self.sent > 9)))
+        sent = self.sent + int(self.short and self.sent > 9)
+        self._ack.publish(StepAck(header=Header(stamp=stamp), node=rospy.get_name(), commands_sent=sent))
         with self.changed:
             self.changed.notify_all()
 
@@ -116,7 +117,7 @@ class Everyone:
         if stamp.to_sec() >= START_S:
             self.clouds[stamp.to_nsec()] = hashlib.sha256(message._buff[12:]).hexdigest()
         self._metadata.publish(MapMetaData(header=Header(stamp=stamp)))
-        self._ack.publish(StepAck(Header(stamp=stamp), "commander", 0))
+        self._ack.publish(StepAck(header=Header(stamp=stamp), node="commander"))
 
 
 def _numbers(transform: Any) -> Tuple[float, ...]:

@@ -18,6 +18,7 @@ from yarm.msg import CarriedPiece as CarriedMessage
 from yarm.msg import GridIndex, GridIndexVector, MapMetaData, PieceView
 
 from yarm.geometry import CarriedPiece, SeenPiece, quaternion_from_rpy, rotation_of_quaternion, transform_matrix
+from yarm.geometry.poses import quaternions_of
 from yarm.ros.commander.reports import exact_time
 from yarm.ros.common.conversions import (
     matrix_of_pose,
@@ -26,7 +27,7 @@ from yarm.ros.common.conversions import (
     pose2_of_transform,
     pose_message,
 )
-from yarm.ros.simulation.clouds import RawCloud, RawTransforms, quaternions_of
+from yarm.ros.simulation.clouds import RawCloud, RawTransforms
 from yarm.sim.sensors.camera_model import CLOUD_DTYPE
 
 angles = st.floats(-math.pi, math.pi)

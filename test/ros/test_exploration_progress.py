@@ -6,7 +6,7 @@ import math
 
 from yarm.msg import ExplorerStatus
 
-from yarm.ros.exploration.experiment import REASON_SHOWN, progress_line
+from yarm.ros.exploration.progress import REASON_SHOWN, progress_line, status_line
 
 STATUS = ExplorerStatus(state="exploring", behaviour="drive", elapsed=12.34, left=887.66)
 
@@ -29,3 +29,8 @@ def test_a_reason_is_told_and_a_long_one_only_begun():
         "bumps: 0 | "
     )[1]
     assert told.startswith("(0.00, 0.50): 2 cells") and told.endswith(" ...") and len(told) <= REASON_SHOWN
+
+
+def test_without_a_judge_it_says_what_is_known():
+    known = ExplorerStatus(state="exploring", behaviour="turn", elapsed=7.0, left=893.0, known_m2=12.34, bumps=2)
+    assert status_line(known) == "   7.0 s |  12.3 m2 known |   893 s left | exploring: turn | bumps: 2"

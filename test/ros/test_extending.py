@@ -23,11 +23,11 @@ from yarm.control.base.controller import Outcome
 from yarm.geometry import quaternion_from_rpy
 from yarm.params import build
 from yarm.planning.tools import cli
+from yarm.ros.common.bodies import registry_entry
 from yarm.ros.common.launch_arguments import faults
 from yarm.ros.controls import node, robots
 from yarm.ros.controls.params import ControlsServerParams
 from yarm.ros.controls.robots import SeedPose
-from yarm.ros.simulation.outbox import registry_entry
 from yarm.sim.checks.cell_check import check_scene
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.scenes.scene import load_scene

@@ -119,6 +119,22 @@ def test_parameters_and_files_are_read_together(tmp_path):
     assert given.params.round.time_limit_s == 480.0 and (tmp_path / "new").is_dir()
 
 
+def test_the_detector_is_the_report_s_choice_and_never_ours(tmp_path):
+    for controller, detector in (("yarm", "sift"), ("report", "orb"), ("report_printed", "orb")):
+        values = {"controller": controller, "result": str(tmp_path / "r.txt"), "report": {"detector": "orb"}}
+        assert inspector_params(values, PRACTICE, "/inspector").detector == detector
+    usual = {"controller": "report", "result": str(tmp_path / "r.txt")}
+    assert inspector_params(usual, PRACTICE, "/inspector").detector == "sift"
+
+
+def test_a_detector_that_the_build_does_not_have_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("yarm.tags.features._surf", lambda: None)
+    for name in ("surf", "harris"):
+        values = {"result": str(tmp_path / "r.txt"), "report": {"detector": name}}
+        with pytest.raises(ParamError, match=f"report.detector = '{name}': the installed OpenCV has sift, orb, akaze"):
+            inspector_params(values, PRACTICE, "/inspector")
+
+
 def test_two_tags_with_one_picture_are_refused_by_numbers_and_files(tmp_path):
     for name, number in (("one.png", 0), ("two.png", 1), ("again.png", 0)):
         cv2.imwrite(str(tmp_path / name), stranger(number))

@@ -156,11 +156,20 @@ def test_the_console_comes_only_when_it_is_asked_for():
     for launch in ("full_system", "experiment", "explore_experiment", "inspect_experiment"):
         params = dumped(launch, "console:=true", "console_port:=0", "console_token:=/tmp/token")
         assert (params["/console/port"], params["/console/token_file"]) == (0, "/tmp/token")
+        assert params["/console/results"] == os.path.join(os.environ["PWD"], "results"), "not below ROS's own folder"
+        assert dumped(launch, "console:=true", "console_results:=/a")["/console/results"] == "/a"
         assert params["/console/host"] == "127.0.0.1"
+    assert dumped("youbot", "console:=true", "console_results:=/a")["/console/results"] == "/a"
     assert faults(["console:=perhaps", "console_port:=70000"]) == [
         "launch argument console = 'perhaps': must be one of true, false",
         "launch argument console_port = '70000': must be within 0 to 65535",
     ]
+
+
+@pytest.mark.parametrize("launch", ["inspection", "inspect_experiment"])
+def test_the_reports_detector_can_be_asked_for(launch):
+    assert dumped(launch)["/inspector/report/detector"] == "sift"
+    assert dumped(launch, "detector:=orb")["/inspector/report/detector"] == "orb"
 
 
 @pytest.mark.parametrize("planner", PLANNER_NAMES)
@@ -187,6 +196,16 @@ def test_debris_is_carried_to_a_bin_where_the_scene_has_one(tmp_path):
     assert debris_goes("full_system", "scene:=2m1ma") == debris_goes("experiment", "case:=2m1ma") == AS_PUBLISHED
     assert debris_goes("full_system", "removal:=delete") == AS_PUBLISHED
     assert debris_goes("full_system", "scene:=2m1ma", "hands:=true") == ("delete", True, QUARTERS)
+
+
+@pytest.mark.parametrize(
+    ("launch", "film_hz"),
+    [("explore_experiment", "/run_exploration/film_hz"), ("inspect_experiment", "/inspector/run/film_hz")],
+)
+def test_a_run_in_a_room_that_a_page_shows_leaves_its_film(launch, film_hz):
+    assert dumped(launch)[film_hz] == 0.0
+    assert dumped(launch, "console:=true")[film_hz] == 5.0
+    assert dumped(launch, "film_hz:=2.0")[film_hz] == 2.0
 
 
 def test_scenes_with_bins_are_those_whose_names_say_so():

@@ -6,12 +6,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import yaml
 
 from yarm.params import ParamError, build, infos
-from yarm.ros.exploration.params import explorer_params
+from yarm.ros.exploration.params import ExplorerParams, explorer_params
+from yarm.ros.navigation.params import MoveBaseNodeParams, move_base_params
 from yarm.ros.node_params import NODE_PARAMS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -92,6 +94,13 @@ def test_limits_that_contradict_each_other_and_a_map_without_a_place_are_refused
     assert f"map_path = {values['map_path']!r}: " in said
 
 
+def test_nothing_is_drawn_unless_asked_for_and_the_launch_file_asks():
+    assert not ExplorerParams().visualize, "explore_lite's default"
+    launched = ElementTree.parse(ROOT / "launch" / "exploration" / "exploration.launch")
+    drawn = [node.find("param[@name='visualize']") for node in launched.iter("node") if node.get("type") == "explorer"]
+    assert [param is not None and param.get("value") for param in drawn] == ["true"]
+
+
 def test_a_full_disk_is_noticed_before_the_start(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -99,3 +108,32 @@ def test_a_full_disk_is_noticed_before_the_start(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(ParamError, match="No space left on device"):
         explorer_params({"map_path": str(tmp_path / "map")}, "explorer")
+
+
+def test_move_base_takes_a_configuration_of_the_platforms_and_says_what_has_no_effect():
+    planner = {"max_vel_x": 0.25, "sim_time": 3.0}
+    values = {
+        "base_global_planner": "navfn/NavfnROS",
+        "global_costmap": {"robot_radius": 0.18},
+        "DWAPlannerROS": planner,
+    }
+    params, told = move_base_params(values, "/move_base")
+    assert params == MoveBaseNodeParams(robot_radius=0.18, max_vel_x=0.25)
+    assert told == (
+        "taken from the platform's names: robot_radius = 0.18 (global_costmap/robot_radius), "
+        "max_vel_x = 0.25 (DWAPlannerROS/max_vel_x)",
+        "set, but without effect here (the platform's own costmaps, planners and recovery): "
+        "DWAPlannerROS/sim_time, base_global_planner",
+    )
+    assert move_base_params({"robot_radius": 0.3}, "/move_base") == (MoveBaseNodeParams(robot_radius=0.3), ())
+
+
+def test_move_base_refuses_typos_and_values_by_the_names_that_were_set_all_at_once():
+    values = {"robot_raduis": 0.2, "global_costmap": {"robot_radius": 3.0, "width": 4.0, "widht": 4.0}}
+    with pytest.raises(ParamError) as caught:
+        move_base_params({**values, "yaw_goal_tolerance": 4.0}, "/move_base")
+    said = str(caught.value)
+    assert said.startswith("/move_base: robot_raduis: unknown parameter; known: controller_frequency, ")
+    assert "; global_costmap/robot_radius = 3.0: must be finite and within 0.05 to 1 m; " in said
+    assert "; yaw_goal_tolerance = 4.0: must be " in said
+    assert "; global_costmap/widht: unknown parameter; known: always_send_full_costmap, " in said

@@ -18,15 +18,16 @@ from yarm.msg import (
     SafetyStatus,
     SanderStatus,
     StepAck,
+    TrackedObjects,
     TransformStampedVector,
 )
 from yarm.srv import SpawnObstaclesRequest
 
 from yarm.ros.common import checks
 from yarm.ros.common.conversions import parse_map_metadata
+from yarm.ros.common.requests import spawn_spec
 from yarm.ros.controls import mobile
-from yarm.ros.simulation.node import spawn_spec
-from yarm.sim.engine.things import SpawnError
+from yarm.sim.scenes.bodies import SpawnError
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
@@ -64,6 +65,7 @@ READERS: Tuple[Tuple[Type[Any], Callable[[Any, random.Random], str]], ...] = (
     (SanderStatus, lambda m, _: checks.sander_fault(m, NOW_S)),
     (SpawnObstaclesRequest, spawn_reader),
     (StepAck, lambda m, _: checks.ack_fault(m)),
+    (TrackedObjects, lambda m, _: checks.tracks_fault(m, NOW_S)),
     (TransformStamped, lambda m, _: checks.transform_fault(m, NOW_S)),
     (TransformStampedVector, lambda m, _: checks.seeds_fault(m, NOW_S)),
 )

@@ -17,8 +17,9 @@ from yarm.msg import BumperEvent as BumperMessage
 from yarm.geometry import Pose2
 from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
 from yarm.ros.common.frames import Frames
-from yarm.ros.common.readings import image_fault, read_bumper, read_odometry, read_scan
+from yarm.ros.common.readings import camera_fault, image_fault, read_bumper, read_odometry, read_scan
 from yarm.ros.navigation.maps import grid_fault
+from yarm.ros.rooms.messages import camera_info
 
 BASE, CAMERA = "base_footprint", "camera_depth_frame"
 NOW_S = 10.0
@@ -142,6 +143,37 @@ def image(**changes):
 def test_a_depth_image_has_one_form(changes, said):
     fault = image_fault(image(**changes))
     assert said in fault and bool(fault) == bool(said)
+
+
+def test_the_rooms_own_depth_camera_and_one_calibrated_a_little_otherwise_are_taken():
+    assert camera_fault(camera_info(rospy.Time(0))) == ""
+    other = camera_info(rospy.Time(0))
+    other.K[0], other.K[4], other.K[2], other.K[5] = 560.0, 550.0, 321.0, 238.0
+    assert camera_fault(other) == ""
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "said"),
+    [
+        (0, 525.0, "K[0] (fx) is 525 px, -29.3 from 554.3, allowed 11.1 either way"),
+        (4, 600.0, "K[4] (fy) is 600 px, +45.7 from 554.3"),
+        (2, 330.0, "K[2] (cx) is 330 px, +10.5 from 319.5, allowed 3.0 either way"),
+        (5, 200.0, "K[5] (cy) is 200 px, -39.5 from 239.5"),
+        (0, 0.0, "K[0] (fx) is 0 px, expected 554.3"),
+        (4, math.nan, "K[4] (fy) is nan px, expected 554.3"),
+        (5, math.inf, "K[5] (cy) is inf px"),
+    ],
+)
+def test_another_depth_camera_is_told_by_the_number_that_differs(index, value, said):
+    message = camera_info(rospy.Time(0))
+    message.K[index] = value
+    assert said in camera_fault(message)
+
+
+def test_a_depth_camera_of_another_size_is_refused():
+    message = camera_info(rospy.Time(0))
+    message.width = 320
+    assert camera_fault(message) == "320 x 480 pixels, expected 640 x 480"
 
 
 def grid(frame="map", resolution=0.05, data=(0, 100, -1, 50), **origin):

@@ -14,10 +14,10 @@ from yarm.srv import SpawnObstaclesRequest
 from yarm.geometry import quaternion_from_rpy
 from yarm.geometry.solids import Shape, Solid
 from yarm.ros.common import names
+from yarm.ros.common.requests import DEFAULT_BOX_M, spawn_spec
 from yarm.ros.common.solids import primitive_of
 from yarm.ros.controls.mobile import boxes_in_base, target_pose
-from yarm.ros.simulation.node import DEFAULT_BOX_M, spawn_spec
-from yarm.sim.engine.things import SpawnError
+from yarm.sim.scenes.bodies import SpawnError
 
 FOLDER = Path(__file__).resolve().parent
 
@@ -34,7 +34,12 @@ def test_a_box_without_a_shape_has_the_usual_size():
 
 @pytest.mark.parametrize(
     ("kind", "expected", "registered"),
-    [("Debris", "Debris", True), ("Target", "Target", True), ("Unregistered", "Obstacle", False)],
+    [
+        ("Debris", "Debris", True),
+        ("Target", "Target", True),
+        ("Unregistered", "Obstacle", False),
+        ("UnregisteredDebris", "Debris", False),
+    ],
 )
 def test_kinds_of_things(kind, expected, registered):
     spec = spawn_spec(request(type=kind, shape=[0.1, 0.2, 0.3]), FOLDER)

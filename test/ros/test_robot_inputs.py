@@ -13,7 +13,7 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 from yarm.msg import BumperEvent as BumperMessage
 from yarm.msg import StepAck
@@ -21,7 +21,9 @@ from yarm.msg import StepAck
 from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
 from yarm.ros.common.readings import read_pressed
 from yarm.ros.common.robot_inputs import RobotInputs
-from yarm.ros.rooms.messages import bumper_cloud
+from yarm.ros.exploration.inputs import ExplorerInputs
+from yarm.ros.exploration.params import ExplorerParams
+from yarm.ros.rooms.messages import bumper_cloud, camera_info, image_message
 
 NOW_S = 10.0
 LONG_S = 60.0
@@ -78,6 +80,11 @@ def grid(frame="map"):
     return message
 
 
+def empty_image():
+    depth = np.full((CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX), np.nan, np.float32)
+    return image_message(depth, rospy.Time(NOW_S))
+
+
 def test_so_much_is_kept_and_what_is_older_than_the_newest_is_refused(heard):
     for i in range(5):
         assert heard._on_odometry(odometry(1.0 + i, x=float(i))) == ""
@@ -90,12 +97,28 @@ def test_so_much_is_kept_and_what_is_older_than_the_newest_is_refused(heard):
 def test_bumps_and_low_obstacles_are_handed_out_once(heard):
     assert heard._on_bumper(BumperMessage(bumper=BumperMessage.LEFT, state=BumperMessage.PRESSED)) == ""
     assert heard._take_bumps() == (BumperEvent(Bumper.LEFT, True),) and heard._take_bumps() == ()
-    image = Image(height=CAMERA_HEIGHT_PX, width=CAMERA_WIDTH_PX, encoding="32FC1", step=4 * CAMERA_WIDTH_PX)
-    image.data = np.full((CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX), np.nan, np.float32).tobytes()
-    image.header.stamp = rospy.Time(NOW_S)
-    assert heard._on_depth_image(image) == ""
+    assert heard._on_depth_image(empty_image()) == ""
     low = heard._take_low()
     assert low is not None and low[0] == NOW_S and low[1].shape == (0, 2) and heard._take_low() is None
+
+
+def test_images_of_another_camera_are_left_out_said_why_and_taken_again_from_the_right_one(quiet):
+    heard = ExplorerInputs(ExplorerParams(sync=True))
+    other = camera_info(rospy.Time(NOW_S))
+    other.K[0] = 525.0
+    assert heard._on_depth_image(empty_image()) == "" and heard.complaints() == ()
+    assert "525 px" in heard._on_depth_camera(other)
+    assert heard._low is None, "the image before it was this camera's too"
+    assert heard._on_depth_image(empty_image()) == "" and heard._low is None
+    assert "depth image" not in heard._stamps(NOW_S), "no pass of the lock-step waits for what is left out"
+    other.header.stamp = rospy.Time(NOW_S + 1.0)
+    heard._on_depth_camera(other)
+    (complaint,) = heard.complaints()
+    assert complaint.text.startswith("depth camera: K[0] (fx) is 525 px, -29.3 from 554.3")
+    assert "since 10.0 s; set the camera" in complaint.text and not complaint.stands
+    assert heard._on_depth_camera(camera_info(rospy.Time(NOW_S + 2.0))) == "" and heard.complaints() == ()
+    assert heard._on_depth_image(empty_image()) == "" and heard._take_low() is not None
+    assert "depth image" in heard._stamps(NOW_S)
 
 
 def test_a_map_of_another_frame_is_refused_and_time_going_back_keeps_the_map_alone(heard):

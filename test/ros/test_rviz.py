@@ -29,6 +29,7 @@ CELL = (
     names.OCCUPANCY,
     names.COLLISIONS,
     names.HIDDEN_CELLS,
+    names.TRACKS,
     names.MAPS_AND_MASKS,
     names.PARTICLES_AND_WAYPOINTS,
 )
@@ -46,6 +47,11 @@ INSPECTION = (
     names.move_base("global_costmap/costmap"),
     names.move_base("NavfnROS/plan"),
 )
+
+TOOLS = {
+    "rviz/SetInitialPose": (names.INITIAL_POSE, "geometry_msgs/PoseWithCovarianceStamped"),
+    "rviz/SetGoal": (names.SIMPLE_GOAL, "geometry_msgs/PoseStamped"),
+}
 
 
 def type_of(topic: str, topics: Sequence[api.Topic]) -> str:
@@ -77,3 +83,12 @@ def test_each_display_fits_its_topic(config, topics, wanted):
         shown[topic] = display["Enabled"]
     for topic in wanted:
         assert shown[topic], f"{topic} is not shown"
+
+
+def test_the_round_has_the_tools_for_pose_and_goal_on_the_topics_that_are_heard():
+    shown = yaml.safe_load((CONFIGS / "inspection/rviz/inspection.rviz").read_text())["Visualization Manager"]
+    assert shown["Global Options"]["Fixed Frame"] == names.MAP_FRAME, "poses are sent in it, and taken only there"
+    topics = {tool["Class"]: tool["Topic"] for tool in shown["Tools"] if "Topic" in tool}
+    assert topics == {tool: topic for tool, (topic, _) in TOOLS.items()}
+    for topic, kind in TOOLS.values():
+        assert type_of(topic, api_inspection.EVERY_TOPIC) == kind

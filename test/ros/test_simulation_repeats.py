@@ -6,9 +6,9 @@ import math
 import zlib
 from typing import List
 
-from yarm.sim.engine.things import ThingSpec
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.scenes.scene import load_scene
+from yarm.sim.scenes.specs import ThingSpec
 from yarm.sim.sensors.cameras import Eyes
 
 FRAMES = 600

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import signal
@@ -30,7 +31,12 @@ ROBOT, ARM = "ankurbot_1", "hc10_barc"
 CONTROLS, SANDER = "multi_robot_controls_server", "hc10_state_machine"
 STOP_S = 1.0
 """Braking of the arm, or of the robot at full speed: 0.3 s, and what a busy machine takes for the messages, s."""
-REST_MPS, REST_RADPS = 0.03, 0.02
+REST_MPS, REST_RADPS, DRIVES_MPS = 0.03, 0.02, 0.3
+
+
+def pace(before, now):
+    """Speed between two places (x, y), each with its stamp, m/s."""
+    return math.hypot(*(now[1] - before[1])) / (now[0] - before[0])
 
 
 class WatchersTest(CommanderDriver):
@@ -116,8 +122,8 @@ class WatchersTest(CommanderDriver):
         self.wait(self.driving, "robot under way")
 
     def driving(self):
-        (s, a), (t, b) = self.track[-10], self.track[-1]
-        return t > s and math.hypot(*(b - a)) / (t - s) > 0.3
+        before, now = self.track[-10], self.track[-1]
+        return now[0] > before[0] and pace(before, now) > DRIVES_MPS
 
     def rests(self, since_s, seconds=2.0):
         """Robot and arm are at rest from a simulated time on, for some seconds."""
@@ -156,19 +162,20 @@ class WatchersTest(CommanderDriver):
 
     def test_4_nodes_that_die_come_back_by_themselves_and_the_mission_goes_on(self):
         self.drive("target_3", (-1.9, 1.65))
-        self.killed(CONTROLS, CONTROLS, stops=True)
-        self.wait(self.driving, "robot under way again")
+        since_s = self.killed(CONTROLS, CONTROLS, stops=True)
+        self.wait(lambda: self.drove_on(since_s), "robot under way again")
         self.killed("seed_tf_publisher", "seed_tf_publisher")
         self.ended()
         self.drive("target_4", (0.65, 1.65))
-        self.killed(names.SAFETY_NODE, names.SAFETY_NODE, stops=True)
-        self.wait(self.driving, "robot under way again")
+        since_s = self.killed(names.SAFETY_NODE, names.SAFETY_NODE, stops=True)
+        self.wait(lambda: self.drove_on(since_s), "robot under way again")
         self.killed("perception", "cluster_assoc")
         self.ended()
 
     def test_5_a_commander_that_dies_in_a_step_is_followed_by_one_that_ends_the_mission(self):
         self.drive("target_5", (-1.9, 1.65))
-        self.killed(names.COMMANDER_NODE, names.COMMANDER_NODE, stops=True)
+        since_s = self.killed(names.COMMANDER_NODE, names.COMMANDER_NODE, stops=True)
+        self.wait(lambda: self.drove_on(since_s), "robot under way again")
         self.ended()
         self.assertEqual([(task.goal, task.status) for task in self.status.tasks], [("target_5", "reached")])
 
@@ -207,12 +214,13 @@ class WatchersTest(CommanderDriver):
         self.wait(lambda: self.safety.robots, "word of the new monitor")
         self.assertTrue(self.safety.latched, self.safety)
         self.assertIn(f"stopped by {rospy.get_name()} at", self.safety.reason)
-        self.rests(self.safety.header.stamp.to_sec())
+        since_s = self.safety.header.stamp.to_sec()
+        self.rests(since_s)
         self.wait(lambda: any("stopped by" in reason for reason in self.reasons), "word of the Commander")
         rospy.wait_for_service(names.SAFETY_STOP, timeout=self.LIMIT_S)
         released = stop(False)
         self.assertTrue(released.success, released.message)
-        self.wait(self.driving, "robot under way again")
+        self.wait(lambda: self.drove_on(since_s), "robot under way again")
         self.ended()
 
     def rested(self, since_s):
@@ -221,21 +229,43 @@ class WatchersTest(CommanderDriver):
         return any(np.abs(b - a).max() / (t - s) < REST_RADPS for (s, a), (t, b) in zip(found, found[5:]) if t > s)
 
     def killed(self, node, teller, stops=False):
-        """A node is killed; another takes its place and says so; with ``stops`` the robot has stood in between."""
+        """A node is killed; another takes its place and says so. Gives back when it was killed, s of simulated time.
+
+        With ``stops`` whoever starts it again is held until the robot stands: it may be back too soon for a stand.
+        """
         pid, since_s = self.pid_of(node), rospy.get_time()
         with self.condition:
             self.again.clear()
-        os.kill(pid, signal.SIGKILL)
+        with self.held(psutil.Process(pid).parent()) if stops else contextlib.nullcontext():
+            os.kill(pid, signal.SIGKILL)
+            if stops:
+                self.wait(lambda: self.stood(since_s), "rest of the robot")
         self.wait(lambda: teller in self.again, f"word of {teller} that it was started again")
         self.assertNotEqual(self.pid_of(node), pid)
-        if stops:
-            self.wait(lambda: self.stood(since_s), "rest of the robot")
+        return since_s
+
+    @contextlib.contextmanager
+    def held(self, process):
+        """A process stands still."""
+        process.suspend()
+        try:
+            yield
+        finally:
+            process.resume()
 
     def stood(self, since_s):
         """Whether the robot has been at rest for a moment since a simulated time."""
         found = [(stamp_s, place) for stamp_s, place in self.track if stamp_s > since_s]
         pairs = [(a, b) for a, b in zip(found, found[5:]) if b[0] > a[0]]
         return any(np.abs(b - a).max() / (t - s) < REST_MPS for (s, a), (t, b) in pairs)
+
+    def drove_on(self, since_s):
+        """Whether the robot has stood since a simulated time and then driven; it may have arrived meanwhile."""
+        found = [(stamp_s, place) for stamp_s, place in self.track if stamp_s > since_s]
+        pairs = list(zip(found, found[5:]))
+        rests = (i for i, (a, b) in enumerate(pairs) if b[0] > a[0] and pace(a, b) < REST_MPS)
+        rest = next(rests, len(found))
+        return any(b[0] > a[0] and pace(a, b) > DRIVES_MPS for a, b in zip(found[rest:], found[rest + 9 :]))
 
     def frozen(self, node, target, at):
         """A frozen node stops everything; thawed, all goes on."""

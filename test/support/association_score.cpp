@@ -86,28 +86,69 @@ std::vector<double> credits(const Scene& scene, const ScoredSet& set) {
   return has_source ? creditsBySource(object_body, set) : creditsByDistance(object_body, set);
 }
 
-AssociationRun::AssociationRun(const std::string& associator, std::uint64_t seed, double pose_error_m)
+AssociationRun::AssociationRun(const std::string& associator, std::uint64_t seed, const Errors& errors)
     : factory_(seed),
       backend_(pc::makeBackend("fused", {}, {})),
       associator_(pc::makeAssociator(associator, {})),
       builder_(pc::GridSpec{}),
-      pose_error_m_(pose_error_m),
-      random_(seed) {}
+      errors_(errors),
+      random_(seed) {
+  factory_.spoil(errors.cameras);
+}
+
+Errors Errors::ofPoses(double metres) {
+  Errors errors;
+  errors.pose_m = metres;
+  errors.turn_rad = 0.5 * metres;
+  return errors;
+}
 
 void AssociationRun::blur(Scene& told) {
-  std::normal_distribution<double> error(0.0, pose_error_m_);
+  std::normal_distribution<double> error(0.0, 1.0);
   for (const Body& body : told.bodies) {
     if (body.is_static) {
       continue;
     }
     const Eigen::Isometry3d T_world_seed = told.poses.at(body.seed_frame);
-    Eigen::Isometry3d off = pose(error(random_), error(random_), 0.0, 0.5 * error(random_));
-    off.translation().z() = error(random_);
+    const double x_m = errors_.pose_m * error(random_);
+    const double y_m = errors_.pose_m * error(random_);
+    Eigen::Isometry3d off = pose(x_m, y_m, 0.0, errors_.turn_rad * error(random_));
+    off.translation().z() = errors_.pose_m * error(random_);
     const Eigen::Isometry3d change = T_world_seed * off * T_world_seed.inverse();
     for (const std::string& frame : body.link_frames) {
       told.poses[frame] = change * told.poses[frame];
     }
   }
+}
+
+void AssociationRun::enlarge(Scene& told) const {
+  for (Body& body : told.bodies) {
+    for (pc::Solid& solid : body.solids) {
+      solid.size *= body.is_static ? 1.0 : 1.0 + errors_.shape;
+    }
+  }
+}
+
+void AssociationRun::hold(Scene& told) {
+  std::normal_distribution<double> jitter(0.0, errors_.jitter_m);
+  const pc::LinkPoses now = told.poses;
+  for (const Body& body : told.bodies) {
+    const double lag_m = std::max(0.0, errors_.lag_m + (errors_.jitter_m > 0.0 ? jitter(random_) : 0.0));
+    const auto last = before_.find(body.seed_frame);
+    if (body.is_static || last == before_.end()) {
+      continue;
+    }
+    const double way_m = (now.at(body.seed_frame).translation() - last->second.translation()).norm();
+    const double share = way_m > 0.0 ? std::min(1.0, lag_m / way_m) : 0.0;
+    for (const std::string& frame : body.link_frames) {
+      const Eigen::Isometry3d& a = now.at(frame);
+      const Eigen::Isometry3d& b = before_.at(frame);
+      Eigen::Isometry3d& between = told.poses[frame];
+      between.translation() = a.translation() + share * (b.translation() - a.translation());
+      between.linear() = Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear())).toRotationMatrix();
+    }
+  }
+  before_ = now;
 }
 
 ScoredSet AssociationRun::step(const Scene& scene, bool calibrating) {
@@ -116,8 +157,14 @@ ScoredSet AssociationRun::step(const Scene& scene, bool calibrating) {
   backend_->merge(factory_.clouds(stamp_), set_);
   backend_->cluster(set_);
   Scene told = scene;
-  if (pose_error_m_ > 0.0) {
+  if (errors_.lag_m > 0.0 || errors_.jitter_m > 0.0) {
+    hold(told);
+  }
+  if (errors_.pose_m > 0.0 || errors_.turn_rad > 0.0) {
     blur(told);
+  }
+  if (errors_.shape > 0.0) {
+    enlarge(told);
   }
   const auto seeds = told.seeds(stamp_);
   const auto knowledge = told.knowledge();
@@ -179,10 +226,13 @@ Score AssociationRun::run(const Sequence& sequence, const std::function<void(con
   return score;
 }
 
-Sequence withoutShapes(Sequence sequence) {
-  const auto forget = [](Scene& scene) {
+namespace {
+
+/// The course with the shapes of some bodies unknown.
+Sequence without(Sequence sequence, const std::function<bool(const Body&)>& unknown) {
+  const auto forget = [unknown](Scene& scene) {
     for (Body& body : scene.bodies) {
-      body.shape_known = body.is_static;
+      body.shape_known = !unknown(body);
     }
   };
   forget(sequence.scene);
@@ -191,6 +241,16 @@ Sequence withoutShapes(Sequence sequence) {
     forget(scene);
   };
   return sequence;
+}
+
+}  // namespace
+
+Sequence withoutShapes(Sequence sequence) {
+  return without(std::move(sequence), [](const Body& body) { return !body.is_static; });
+}
+
+Sequence withoutRobotShapes(Sequence sequence) {
+  return without(std::move(sequence), [](const Body& body) { return body.kind == pc::ObjectKind::kMobile; });
 }
 
 }  // namespace yarm::test

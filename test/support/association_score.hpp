@@ -55,12 +55,23 @@ struct ScoredSet {
   int k{0};  ///< set after calibration
 };
 
+/// What perception is told wrongly; nothing, unless said. Each is of moving bodies, or of the cameras.
+struct Errors {
+  double pose_m{0.0};    ///< standard deviation of a body's place along each axis, fresh for every set, metres
+  double turn_rad{0.0};  ///< and of its heading
+  double shape{0.0};     ///< known solids are larger by this share of their size
+  double lag_m{0.0};     ///< told poses lag behind by this much of the way, metres: stamps that are late
+  double jitter_m{0.0};  ///< and by a normal number of this deviation more
+  CameraErrors cameras;
+
+  /// Places off by so much, and headings by 0.5 rad for each metre of it.
+  [[nodiscard]] static Errors ofPoses(double metres);
+};
+
 /// Feeds sequences through merge, association and grid, always the same way.
 class AssociationRun {
  public:
-  /// `pose_error_m`: standard deviation of what perception is told of each moving body's place (and 0.5 rad/m of that
-  /// of its heading), fresh for every set.
-  AssociationRun(const std::string& associator, std::uint64_t seed, double pose_error_m = 0.0);
+  AssociationRun(const std::string& associator, std::uint64_t seed, const Errors& errors = {});
 
   /// Runs a sequence; `look` is called with every set.
   Score run(const Sequence& sequence, const std::function<void(const Scene&, const ScoredSet&)>& look = {});
@@ -70,6 +81,8 @@ class AssociationRun {
  private:
   ScoredSet step(const Scene& scene, bool calibrating);
   void blur(Scene& told);
+  void enlarge(Scene& told) const;
+  void hold(Scene& told);
 
   SceneFactory factory_;
   std::unique_ptr<pc::MergeBackend> backend_;
@@ -77,7 +90,8 @@ class AssociationRun {
   pc::OccupancyBuilder builder_;
   pc::MergedSet set_;
   pc::StampNs stamp_{0};
-  double pose_error_m_;
+  Errors errors_;
+  pc::LinkPoses before_;  // of the set before
   std::mt19937_64 random_;
 };
 
@@ -98,5 +112,7 @@ struct MapScore {
 
 /// The same course with the shapes of the moving bodies unknown to the registry.
 [[nodiscard]] Sequence withoutShapes(Sequence sequence);
+/// And with those of the mobile robots alone unknown.
+[[nodiscard]] Sequence withoutRobotShapes(Sequence sequence);
 
 }  // namespace yarm::test

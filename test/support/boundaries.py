@@ -15,7 +15,7 @@ FLOORS: Tuple[Tuple[str, ...], ...] = (
     ("params", "resources", "yaml_fields", "records"),
     ("geometry",),
     ("robots",),
-    ("planning", "navigation", "control", "sim", "safety", "tags"),
+    ("planning", "navigation", "control", "sim", "safety", "tags", "calibration"),
     ("commander", "exploration", "inspection", "manipulation"),
     ("experiments", "console"),
     ("ros",),

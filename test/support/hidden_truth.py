@@ -17,7 +17,6 @@ from support.perception_chain import ChainMap
 from support.simulated_cell import CAMERAS, SimulatedCell
 from yarm.commander.cell_state import CellState
 from yarm.commander.params import CommanderParams
-from yarm.commander.shapes import RobotShape
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject
 from yarm.geometry.kinds import ObjectKind
 from yarm.planning.fleet.yarm_planner import YarmPlanner
@@ -25,7 +24,8 @@ from yarm.planning.model.hidden import HiddenPolicy
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint
 from yarm.planning.verification.checker import sweep_of
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, ARM_REACH_M
-from yarm.sim.engine.things import SpawnError
+from yarm.robots.shapes import RobotShape
+from yarm.sim.scenes.bodies import SpawnError
 from yarm.sim.scenes.specs import ThingSpec
 
 SPEC = GridSpec()

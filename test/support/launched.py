@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from pathlib import Path
 from typing import Dict, List, Tuple
@@ -84,6 +85,15 @@ class Launched:
 
     def __exit__(self, *_: object) -> None:
         Family(self._child).stop()
+
+    def interrupt(self, limit_s: float) -> int:
+        """What Ctrl-C does; its exit code. It has so many wall seconds to end."""
+        self._child.send_signal(signal.SIGINT)
+        return self._child.wait(timeout=limit_s)
+
+    def ended(self, limit_s: float) -> int:
+        """Its exit code, when it ends by itself. It has so many wall seconds to do so."""
+        return self._child.wait(timeout=limit_s)
 
     def running(self) -> bool:
         """Whether it has not ended."""

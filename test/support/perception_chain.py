@@ -219,6 +219,8 @@ class PerceptionChain:
             raise ValueError(f"{body.name}: kind {body.kind!r} is not known")
         for frame in body.link_frames:
             library.yarm_chain_link(handle, name, frame.encode(), _pointer(_pose(frames[frame])))
+        for frame in sorted({solid.frame for solid in body.solids} - set(body.link_frames)):
+            library.yarm_chain_frame(handle, frame.encode(), _pointer(_pose(frames[frame])))
         for solid in body.solids:
             size, pose = np.array(solid.size, np.float64), _pose(solid.T_frame_solid)
             library.yarm_chain_solid(

@@ -11,8 +11,9 @@ from yarm.msg import ObjectRegistry
 
 from support.golden import to_bytes
 from yarm.ros.common import names
-from yarm.ros.simulation import outbox as simulation_outbox
+from yarm.ros.common.bodies import registry_entry, transform_message
 from yarm.ros.simulation.clouds import RawCloud
+from yarm.ros.simulation.outbox import frame_poses
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.scenes.scene import load_scene
 from yarm.sim.scenes.specs import ThingSpec
@@ -85,16 +86,16 @@ def _set_off(world: SimWorld) -> None:
 def _whole(world: SimWorld, eyes: Eyes, count: int) -> WholeSet:
     poses = world.transforms()
     stamp = rospy.Time(*divmod(world.time_ns, 10**9))
-    fixed: Dict[str, np.ndarray] = simulation_outbox.frame_poses(list(eyes.overhead_poses))
+    fixed: Dict[str, np.ndarray] = frame_poses(list(eyes.overhead_poses))
     for body in world.bodies.values():
         fixed.update(body.static_frames)
     moving = {frame: pose for frame, pose in poses.items() if frame not in fixed}
-    registry = ObjectRegistry(entries=[simulation_outbox.registry_entry(body) for body in world.bodies.values()])
+    registry = ObjectRegistry(entries=[registry_entry(body) for body in world.bodies.values()])
     return WholeSet(
         stamp.to_nsec(),
         count < STILL_SETS,
-        to_bytes(simulation_outbox._transform_message(stamp, moving)),
-        to_bytes(simulation_outbox._transform_message(stamp, fixed)),
+        to_bytes(transform_message(stamp, moving)),
+        to_bytes(transform_message(stamp, fixed)),
         to_bytes(registry),
         tuple(eyes.overhead_cloud(camera, poses, count).copy() for camera in CAMERAS),
         tuple(np.asarray(pose) for pose in eyes.overhead_poses),

@@ -261,6 +261,7 @@ void SceneFactory::addNoise(Render& out) {
     if (noise_ > 0.F && depth < kFar) {
       depth += noise_ * sigmaOf(depth, cosine_[i]) * normalNumber();
     }
+    depth *= errors_.depth_scale;
     if (!(depth >= model_.near_m && depth <= model_.far_m)) {
       depth = std::numeric_limits<float>::quiet_NaN();
     }
@@ -271,6 +272,11 @@ void SceneFactory::addNoise(Render& out) {
   }
 }
 
+Eigen::Isometry3f SceneFactory::told(std::size_t camera) const {
+  const Eigen::Isometry3f& T_world_camera = renders_[camera].T_world_camera;
+  return camera == errors_.camera ? T_world_camera * errors_.off : T_world_camera;
+}
+
 std::vector<pc::CameraCloud> SceneFactory::clouds(pc::StampNs stamp_ns) const {
   std::vector<pc::CameraCloud> result;
   for (const Render& r : renders_) {
@@ -278,7 +284,7 @@ std::vector<pc::CameraCloud> SceneFactory::clouds(pc::StampNs stamp_ns) const {
     cloud.data = reinterpret_cast<const std::uint8_t*>(r.data.data());
     cloud.width = static_cast<std::size_t>(model_.width);
     cloud.height = static_cast<std::size_t>(model_.height);
-    cloud.T_world_camera = r.T_world_camera;
+    cloud.T_world_camera = told(result.size());
     cloud.stamp_ns = stamp_ns;
     result.push_back(cloud);
   }
@@ -292,7 +298,7 @@ std::vector<int> SceneFactory::truthOf(const pc::MergedSet& set) const {
     const pc::MergedPoint& p = set.points[i];
     const auto camera = static_cast<std::size_t>(p.camera);
     const Render& r = renders_[camera];
-    const Eigen::Vector3f wanted = r.T_world_camera.inverse() * Eigen::Vector3f(p.x, p.y, p.z);
+    const Eigen::Vector3f wanted = told(camera).inverse() * Eigen::Vector3f(p.x, p.y, p.z);
     for (std::size_t k = next[camera]; k < r.truth.size(); ++k) {
       const Eigen::Vector3f seen(r.data[4 * k], r.data[4 * k + 1], r.data[4 * k + 2]);
       if ((seen - wanted).squaredNorm() < 1e-9F) {

@@ -57,12 +57,21 @@ struct Render {
   Eigen::Isometry3f T_world_camera{Eigen::Isometry3f::Identity()};
 };
 
+/// What is wrong with the cameras: nothing, unless said.
+struct CameraErrors {
+  std::size_t camera{0};                                 ///< the one that is not where it is told to be
+  Eigen::Isometry3f off{Eigen::Isometry3f::Identity()};  ///< its true optical frame <- the one that is told
+  float depth_scale{1.F};                                ///< all depths are so much too large
+};
+
 /// Renders scenes; seeded, so that the same calls give the same noise.
 class SceneFactory {
  public:
   /// `noise`: multiple of the Kinect's noise (0 = none). `cameras`: 1 to 8 around the cell, the first four are its own.
   explicit SceneFactory(std::uint64_t seed, double noise = 1.0, int cameras = 4, CameraModel model = {});
 
+  /// From now on the cameras have these errors.
+  void spoil(const CameraErrors& errors) { errors_ = errors; }
   /// What the cameras see.
   const std::vector<Render>& render(const Scene& scene);
   /// The same as clouds to merge, all with one stamp; valid until the next render.
@@ -75,8 +84,11 @@ class SceneFactory {
   void drawSolid(const pc::Solid& solid, const Eigen::Isometry3d& T_world_solid, int body, Render& out) const;
   void addNoise(Render& out);
   [[nodiscard]] float normalNumber();
+  /// World <- optical frame of a camera, as it is told.
+  [[nodiscard]] Eigen::Isometry3f told(std::size_t camera) const;
 
   CameraModel model_;
+  CameraErrors errors_;
   float noise_;
   std::mt19937_64 random_;
   std::vector<float> pool_;

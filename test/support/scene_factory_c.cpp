@@ -136,6 +136,11 @@ void yarm_chain_link(void* chain, const char* name, const char* frame, const dou
   c->links[frame] = poseOf(T_world_frame);
 }
 
+/// Gives the pose of a frame that is no link, such as that of a solid which moves by itself.
+void yarm_chain_frame(void* chain, const char* frame, const double* T_world_frame) {
+  static_cast<Chain*>(chain)->links[frame] = poseOf(T_world_frame);
+}
+
 /// Adds a known solid: shape 0 box, 1 sphere, 2 cylinder, 3 capsule; size as in Solid.
 void yarm_chain_solid(void* chain, const char* name, const char* frame, int shape, const double* size,
                       const double* T_frame_solid) {

@@ -8,8 +8,8 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from support.perception_chain import ChainMap, KnownBody, KnownSolid, PerceptionChain
-from yarm.sim.engine.bodies import Body, FramedSolid
 from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.bodies import Body, FramedSolid
 from yarm.sim.scenes.scene import load_scene
 from yarm.sim.sensors.camera_model import CLOUD_DTYPE, Cloud
 from yarm.sim.sensors.cameras import Eyes

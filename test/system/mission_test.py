@@ -11,7 +11,7 @@ import unittest
 import rospy
 import rostest
 from rosgraph_msgs.msg import Log as LogMessage
-from yarm.msg import CommanderStatus, Contacts, ObjectRegistry, SafetyStatus, SanderStatus, SimStatus
+from yarm.msg import CommanderStatus, Contacts, MapMetaData, ObjectRegistry, SafetyStatus, SanderStatus, SimStatus
 from yarm.srv import StateChange
 
 from yarm.control.sander.states import SanderState
@@ -22,13 +22,15 @@ from yarm.ros.common.status_age import STALE_S, silence
 ARM = "hc10_barc"
 EXPECTED = {
     "1m1ma": ["debris_1"],
-    "2m1ma": ["debris_1", "debris_2"],
     "3m": ["target_1", "target_2", "target_3"],
     "1m1ma_bin": ["debris_1"],
     "2m1ma_bin": ["debris_1", "debris_2"],
     "3m6_bin": [f"debris_{i}" for i in range(1, 7)],
     "mission_disturbed": [f"debris_{i}" for i in range(1, 5)],
+    "mission_unnamed": ["debris_auto_1", "debris_auto_2"],
 }
+BODIES = {"debris_auto_1": "loose_1", "debris_auto_2": "loose_2"}
+"""Names in the simulator of what only perception has named."""
 SAID = {
     "mission_disturbed": [
         "a piece is moved while it is approached",
@@ -62,6 +64,7 @@ class Heard:
         self.seen = set()
         self.holds = []
         self.bins = {}
+        self.mapped = set()
         self.said = []
         rospy.Subscriber("/rosout", LogMessage, self._on_log, queue_size=1000)
         rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100)
@@ -70,6 +73,7 @@ class Heard:
         rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10)
         rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=100)
         rospy.Subscriber(names.SIM_STATUS, SimStatus, self._on_sim, queue_size=100)
+        rospy.Subscriber(names.PLANNING_METADATA, MapMetaData, self._on_map, queue_size=1)
 
     def fresh(self):
         """Whether the status is news of the Commander, and not what a dead one has left."""
@@ -103,6 +107,11 @@ class Heard:
     def _on_sim(self, message):
         with self.condition:
             self.bins = dict(zip(message.debris, message.bins))
+            self.condition.notify_all()
+
+    def _on_map(self, message):
+        with self.condition:
+            self.mapped |= set(message.frames)
             self.condition.notify_all()
 
     def _on_log(self, message):
@@ -154,11 +163,12 @@ class MissionTest(unittest.TestCase):
         self.idle("the calibration")
         self.ask(CommanderStatus.MENU, next_state=True)
         if debris:
-            self.wait(lambda: set(debris) & self.heard.seen, "debris on the part while the HC10 sands")
+            self.wait(lambda: set(debris) & (self.heard.seen | self.heard.mapped), "debris on the part")
         self.ask(CommanderStatus.BOUNDLESS, jump_state=5)
         self.wait(lambda: set(expected) <= set(self.heard.reached), f"{expected} reached")
         if rospy.get_param("~bins", False):
-            self.wait(lambda: all(self.heard.bins.get(name) for name in debris), f"{debris} in a bin by ground truth")
+            bodies = [BODIES.get(name, name) for name in debris]
+            self.wait(lambda: all(self.heard.bins.get(body) for body in bodies), f"{bodies} in a bin by ground truth")
         else:
             self.wait(lambda: not set(expected) & self.heard.present, "what was reached to be deleted")
         self.idle("the mission")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import List, Tuple
 
@@ -13,7 +14,8 @@ import numpy.typing as npt
 import pytest
 import yaml
 
-from support.launched import ROOT, LaunchedTestError, run
+from support.launched import ROOT, Launched, LaunchedTestError, run
+from yarm.ros.experiment.launcher import free_port
 
 LIMIT_S = 600.0
 ARENA = Path(__file__).with_name("explored_room.yaml")
@@ -116,3 +118,22 @@ def test_too_little_time_ends_with_1_and_says_so(tmp_path: Path) -> None:
     assert summary["reason"] == "the time is over"
     assert summary["standing"] is True
     assert summary["end_s"] == 6.0
+
+
+def test_the_launch_file_alone_tells_judges_and_stays(tmp_path: Path) -> None:
+    call = ["roslaunch", "-p", str(free_port()), "yarm", "exploration.launch", f"arena:={ARENA}", "seed:=1"]
+    with Launched(
+        [*call, "sync:=true", "real_time_factor:=0"], "explore_alone", {"PWD": str(tmp_path)}, tmp_path
+    ) as it:
+        ended = time.monotonic() + LIMIT_S
+        while "results and pictures: " not in it.output():
+            assert it.running() and time.monotonic() < ended, it.output()[-4000:]
+            time.sleep(0.5)
+        assert "explored_room, yarm, seed 1: SUCCESS" in it.output()
+        assert re.search(r"% mapped \|.*s left \| exploring: \w+ \| bumps: \d", it.output())
+        assert "m2 known |" not in it.output(), "told twice"
+        assert it.running()
+    folder = tmp_path / "results" / "explore" / "explored_room" / "yarm" / "1"
+    assert {path.name for path in folder.iterdir()} == FILES - {"run.log"}
+    assert yaml.safe_load((folder / "summary.yaml").read_text())["success"] is True
+    assert (tmp_path / "map.pgm").is_file()

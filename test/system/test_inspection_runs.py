@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
+import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Tuple
 
 import pytest
 import yaml
 
-from support.launched import ROOT, LaunchedTestError, run
-from yarm.experiments.inspect.writers import REPORT_FILES
+from support.launched import ROOT, Launched, LaunchedTestError, run
+from yarm.experiments.inspect.writers import FILES, REPORT_FILES
 from yarm.inspection.model import OURS, PRINTED, REPORT
+from yarm.ros.experiment.launcher import INTERRUPTED, free_port
+from yarm.ros.inspection.experiment import CUT_SHORT
 
 pytestmark = pytest.mark.xdist_group("inspection_runs")  # they look at the files of one run
 LIMIT_S = 600.0
@@ -90,6 +95,24 @@ def test_too_little_time_brings_it_home_with_a_reason_for_every_box_that_is_left
     assert left and all("time" in row["reason"] for row in left)
 
 
+def test_interrupted_it_leaves_the_result_so_far(tmp_path: Path) -> None:
+    """That the robot stands then is seen where the simulation goes on: ``test/ros/inspector_ends_test.py``."""
+    with Launched([*CALL, "--results", str(tmp_path)], "inspect_interrupted", {}, ROOT) as child:
+        ended = time.monotonic() + LIMIT_S
+        while not re.search(r"\| [12] of 4 boxes: ", child.output()):
+            assert child.running() and time.monotonic() < ended, child.output()
+            time.sleep(0.2)
+        assert child.interrupt(LIMIT_S) == INTERRUPTED
+    folder = folder_of(tmp_path)
+    summary = yaml.safe_load((folder / "summary.yaml").read_text())
+    assert summary["success"] is False and CUT_SHORT in summary["faults"]
+    assert 1 <= len(summary["verdicts"]) < 4 and summary["right"] == len(summary["verdicts"])
+    assert (folder / "result.txt").read_text().count("boxNumber: ") == len(summary["verdicts"])
+    assert {"proof.html", "path.csv", "events.csv"} <= {path.name for path in folder.iterdir()}
+    log = (folder / "run.log").read_text()
+    assert "Traceback" not in log, log[-4000:]
+
+
 @pytest.mark.parametrize("controller, header", [(REPORT, "Tag is 0 means blank"), (PRINTED, "boxNumnber: ")])
 def test_the_reports_rounds_end_and_leave_their_files(tmp_path: Path, controller: str, header: str) -> None:
     """Whether they read every box is their own affair; what they say they have read is in their files."""
@@ -109,3 +132,25 @@ def test_the_reports_rounds_end_and_leave_their_files(tmp_path: Path, controller
     said = sum(line.startswith("boxNumnber: ") for line in texts["changeEngine.txt"].splitlines())
     assert said + texts["changeEngine.txt"].count("unmatched: ") == 4
     assert texts["MapText.txt"].count("CONNECTOR") == summary["images"]
+
+
+def test_the_launch_file_alone_judges_the_first_round_and_goes_on(tmp_path: Path) -> None:
+    port = free_port()
+    environment = {"PWD": str(tmp_path), "ROS_MASTER_URI": f"http://localhost:{port}"}
+    call = ["roslaunch", "-p", str(port), "yarm", "inspection.launch", f"layout:={LAYOUT}", "seed:=1"]
+    with Launched([*call, "sync:=true", "real_time_factor:=0"], "inspect_alone", environment, tmp_path) as child:
+        ended = time.monotonic() + LIMIT_S
+        while "results, pictures and proof sheets: " not in child.output():
+            assert child.running() and time.monotonic() < ended, child.output()[-4000:]
+            time.sleep(0.5)
+        output = child.output()
+        assert "inspected_room, yarm, seed 1: SUCCESS" in output
+        assert re.search(r"drive box \d \| \d of 4 boxes.* \| \d+ s left \| \d+ s home", output)
+        again = ["rosservice", "call", "/inspector/start"]
+        answer = subprocess.run(
+            again, env={**os.environ, **environment}, capture_output=True, text=True, timeout=60, check=False
+        )
+        assert "success: True" in answer.stdout, answer.stdout + answer.stderr
+    folder = folder_of(tmp_path / "results")
+    assert set(FILES) <= {path.name for path in folder.iterdir()}
+    assert (tmp_path / "inspection_result.txt").read_text() == (folder / "result.txt").read_text()

@@ -48,7 +48,7 @@ struct YarmJointNear {
 enum YarmJointOutcome : std::int32_t {
   YARM_JOINT_OPEN = 0,        ///< the work was used up; another run goes on
   YARM_JOINT_FOUND = 1,       ///< there is a plan
-  YARM_JOINT_IMPOSSIBLE = 2,  ///< every configuration that can be reached has been visited
+  YARM_JOINT_IMPOSSIBLE = 2,  ///< no configuration that can be reached has everybody on his goal
   YARM_JOINT_FULL = 3         ///< the memory allowed is used up
 };
 
@@ -59,6 +59,10 @@ YarmJoint* yarmJointMake(std::int32_t gx, std::int32_t gy, const YarmJointShapes
 
 /// Frees a search and all it holds.
 void yarmJointFree(YarmJoint* joint);
+
+/// 1 when what is impossible is so by the exchanges of robots of one kind that can be made, 0 when every configuration
+/// has been looked at.
+std::int32_t yarmJointByExchange(const YarmJoint* joint);
 
 /// Searches on; `work` counts look-ups of two robots, some 10 ns each. Returns a YarmJointOutcome.
 std::int32_t yarmJointRun(YarmJoint* joint, std::int64_t work);

@@ -1,6 +1,7 @@
 // Which point belongs to whom. Bodies that touch melt into one cluster; each must still get its own points.
 #pragma once
 
+#include "yarm/perception/tracks.hpp"
 #include "yarm/perception/types.hpp"
 
 #include <memory>
@@ -20,6 +21,9 @@ struct AssociationParams {
   int unknown_window{3};          ///< sets looked back at for persistence
   int unknown_hits{2};            ///< sets of that window in which an unknown thing must show
   double cloud_spacing{0.05};     ///< point spacing of clouds learnt in calibration, metres
+  double debris_size{0.25};       ///< longest edge of a thing at rest that is debris although nobody registered it,
+                                  ///< metres; 0: none is
+  double debris_rest{1.0};        ///< as long it must have been at rest, seconds
 };
 
 /// Everything one set is associated from.
@@ -41,6 +45,9 @@ class Associator {
 
   /// Associates one set. The result is valid until the next call.
   virtual const AssociatedSet& associate(const AssociationInput& input) = 0;
+  /// The unknown things that it follows, after the last set, also those that do not show now; ascending numbers. The
+  /// "original" follows nothing.
+  [[nodiscard]] virtual const std::vector<TrackedObject>& tracks() const = 0;
   /// Forgets everything (the clock went back, the scene was started again).
   virtual void reset() = 0;
 

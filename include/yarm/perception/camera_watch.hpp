@@ -29,7 +29,8 @@ struct CameraFit {
 /// Collects each camera's points within 12 cm of known static surfaces and away from known moving ones, and finds the
 /// small turn about the camera that brings them onto the surfaces: one step of point-to-plane ICP (Chen and Medioni,
 /// 1991), trimmed (Chetverikov et al., 2002). A camera that is shifted shows as turned, too: 1 cm at 3 m is 0.2
-/// degrees. Turns that the surfaces in view do not tell are taken as none. Not thread safe.
+/// degrees. Turns that the surfaces in view do not tell are taken as none, and so are those that move the points across
+/// the surfaces by less than these are exact themselves: 5 mm. Not thread safe.
 class CameraWatch {
  public:
   CameraWatch();

@@ -4,6 +4,8 @@
 #include "yarm/perception/occupancy.hpp"
 #include "yarm/perception/visibility.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,9 +20,9 @@ constexpr std::uint32_t kOtherHiders = 1U << 30;
 constexpr std::uint32_t kNoHider = 1U << 31;
 
 /// Finds who may hide each cell that no camera sees: whoever has a cell on the line from the middle of it to a camera,
-/// or one of the 26 neighbours of those. The pixels that a cell falls onto look past that line at less than a cell's
-/// distance, so whoever does hide it is among them; others may be, too. So is what is just behind it, within the
-/// readings' noise. Keeps its buffers: not thread safe.
+/// or one of the 26 neighbours of those (and of a few cells beside the line, at its corners). The pixels that a cell
+/// falls onto look past that line at less than a cell's distance, so whoever does hide it is among them; others may be,
+/// too. So is what is just behind it, within the readings' noise. Keeps its buffers: not thread safe.
 class HiderFinder {
  public:
   explicit HiderFinder(const GridSpec& spec);
@@ -31,9 +33,22 @@ class HiderFinder {
   const std::vector<std::uint32_t>& find(const OccupancyGrid& grid, const SeenCells& seen);
 
  private:
+  /// The layers of the grid along an axis.
+  struct Layers {
+    int count;
+    std::ptrdiff_t stride;  // of the index, from one to the next
+
+    /// Index of the one that a place is in, cells; the nearest one for a place outside.
+    [[nodiscard]] std::ptrdiff_t at(double place) const {
+      return std::clamp(static_cast<int>(place), 0, count - 1) * stride;
+    }
+  };
+
   void gatherOwners(const OccupancyGrid& grid);
   void spread(std::size_t stride, std::size_t length);
   [[nodiscard]] std::uint32_t along(const Cell& cell, const Eigen::Vector3d& camera) const;
+  [[nodiscard]] std::uint32_t onLine(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share) const;
+  [[nodiscard]] Layers layers(Eigen::Index axis) const;
 
   GridSpec spec_;
   std::vector<std::uint32_t> owners_;  // bits of who has a cell or is beside it

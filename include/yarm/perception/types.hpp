@@ -134,6 +134,9 @@ using LinkPoses = std::unordered_map<std::string, Eigen::Isometry3d>;
 /// Name of the n-th thing that nobody registered: "unknown_<n>".
 [[nodiscard]] std::string unknownName(std::int64_t number);
 
+/// Name of the n-th piece of debris that nobody registered: "debris_auto_<n>".
+[[nodiscard]] std::string strayName(std::int64_t number);
+
 /// Fewest points from which anything is said of a piece of debris.
 constexpr std::size_t kLeastPiecePoints = 10;
 

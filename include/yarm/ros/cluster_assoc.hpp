@@ -9,6 +9,7 @@
 #include "yarm/ros/pool.hpp"
 #include "yarm/ros/report.hpp"
 #include "yarm/ros/tf_source.hpp"
+#include "yarm/ros/tracks.hpp"
 #include "yarm/sync/clock.hpp"
 #include "yarm/sync/hand_words.hpp"
 #include "yarm/sync/seed_buffer.hpp"
@@ -34,7 +35,8 @@ struct AssociatedFrame {
 };
 
 /// In: merged_points, seed_transforms, object_registry, static_association_switch, <robot>/gripper/grasping (in
-/// lock-step also <robot>/gripper/state), /tf. Out: cloud_clusters, associated_clusters, /diagnostics.
+/// lock-step also <robot>/gripper/state), /tf. Out: cloud_clusters, associated_clusters, tracked_objects, tracks,
+/// /diagnostics.
 class ClusterAssoc : public PolledNode {
  public:
   /// The handles give the namespaces; callbacks run on the executor. Throws ParamError, std::invalid_argument.
@@ -107,6 +109,7 @@ class ClusterAssoc : public PolledNode {
   ros::Subscriber switch_in_;
   ros::Publisher clusters_out_;
   ros::Publisher associated_out_;
+  TrackPublisher tracks_;
   ThrottledWarning warn_;
   HealthReport health_;
   HealthReport camera_poses_;

@@ -12,11 +12,13 @@
 #include <yarm/AssociatedClusterVector.h>
 #include <yarm/CarriedPiece.h>
 #include <yarm/CloudVector.h>
+#include <yarm/GridIndex.h>
 #include <yarm/ObjectRegistry.h>
 #include <yarm/PieceView.h>
 #include <yarm/SeenCells.h>
 #include <yarm/TransformStampedVector.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -89,5 +91,8 @@ Read<Eigen::Isometry3d> readPose(const geometry_msgs::Pose& pose);
 Read<Eigen::Isometry3d> readTransform(const geometry_msgs::Transform& transform);
 /// A pose as a transform, its quaternion of length one.
 void fillTransform(const Eigen::Isometry3d& pose, geometry_msgs::Transform& transform);
+
+/// Cells from their numbers in the grid.
+std::vector<yarm::GridIndex> cellsOf(const perception::GridSpec& grid, const std::vector<std::int32_t>& indices);
 
 }  // namespace yarm

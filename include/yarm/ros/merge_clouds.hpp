@@ -56,6 +56,7 @@ class MergeClouds : public PolledNode {
     bool delivered = false;   ///< the last set has a cloud of it
     bool judged = false;      ///< a cloud's view was judged since the last diagnostics
     std::string last_fault;
+    perception::Picture picture;  ///< what the last cloud told of the camera
   };
 
   void subscribe(std::size_t index);
@@ -83,6 +84,7 @@ class MergeClouds : public PolledNode {
   std::shared_ptr<TfSource> tf_;
   SetAssembler<Arrival> assembler_;
   perception::ViewWatch view_;
+  perception::PictureWatch pictures_;
   std::vector<Camera> cameras_;
   std::int64_t wait_ns_ = 0;
   Pool<sensor_msgs::PointCloud2> clouds_;

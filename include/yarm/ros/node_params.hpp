@@ -4,6 +4,7 @@
 #include "yarm/perception/association.hpp"
 #include "yarm/perception/camera_watch.hpp"
 #include "yarm/perception/merge.hpp"
+#include "yarm/perception/picture_watch.hpp"
 #include "yarm/perception/view.hpp"
 #include "yarm/perception/visibility.hpp"
 #include "yarm/ros/names.hpp"
@@ -37,6 +38,7 @@ struct MergeCloudsParams {
   bool sync = false;
   perception::MergeParams merge;
   perception::ViewParams view;
+  perception::PictureWatchParams pictures;
   bool visibility = false;
   std::string grid_node = "cluster_assoc";
   double visibility_rate = 5.0;
@@ -78,6 +80,13 @@ struct MergeCloudsParams {
           "and so is one with less than this part of the share it usually has");
     visit("least_cameras", p.view.least_cameras, "", Range{0.0, 1.0},
           "least share of the cameras that must see; with fewer nothing is published and the map grows stale");
+    visit("frozen_after", p.pictures.frozen_after, "s", Range{0.0, 60.0},
+          "a camera whose clouds are the same to the byte for so long, by their stamps, is frozen and left out; 0 for "
+          "never: without noise every picture of a cell at rest is the same");
+    visit("spot_after", p.pictures.spot_after, "s", Range{0.0, 3600.0},
+          "a part of a camera's image that used to have readings and has had none for so long is named: dirt, or what "
+          "swallows its light; 0 for never");
+    visit("nearest", p.pictures.nearest, "m", Range{0.0, 5.0}, "a depth below this counts as no reading there");
     describeVisibility(p, visit);
   }
 
@@ -159,6 +168,10 @@ struct ClusterAssocParams {
           "sets of that window in which an unknown thing must show");
     visit("cloud_spacing", p.assoc.cloud_spacing, "m", Range{0.005, 0.5},
           "point spacing of clouds learnt in calibration");
+    visit(
+        "debris_size", p.assoc.debris_size, "m", Range{0.0, 1.0},
+        "a thing nobody registered, at rest on a fixed body, is debris_auto_<n> when no edge of it is longer; 0: none");
+    visit("debris_rest", p.assoc.debris_rest, "s", Range{0.1, 60.0}, "as long it must have been at rest for that");
     visit("camera_turn_warn", p.watch.warn_deg, "deg", Range{0.05, 90.0},
           "a camera whose points fit the known static surfaces better when turned by this is reported");
     visit("camera_turn_error", p.watch.error_deg, "deg", Range{0.05, 90.0}, "and by this, as an error");

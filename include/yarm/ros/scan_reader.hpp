@@ -1,13 +1,13 @@
 // Scans with the transforms of their moments: what the nodes that map and that localise have in common.
 #pragma once
 
+#include "yarm/ros/tf_listener.hpp"
 #include "yarm/slam/types.hpp"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/ros.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2/buffer_core.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <cstdint>
 #include <deque>
@@ -31,8 +31,11 @@ struct ScanReaderParams {
 struct ScanOrFault {
   slam::Scan scan;
   std::string fault;  ///< empty when the scan is good
-  std::string topic;  ///< of the fault: "transform", "queue"
+  std::string topic;  ///< of the fault: "transform", "queue", "stamp"
 };
+
+/// A scan with the transforms of its moment, or what is wrong with it or them: "transform" may still come.
+ScanOrFault readScan(const sensor_msgs::LaserScan& message, const tf2::BufferCore& tf, const ScanReaderParams& params);
 
 /// Holds scans until their transforms are there. Not thread-safe.
 class ScanReader {
@@ -54,12 +57,9 @@ class ScanReader {
     sensor_msgs::LaserScanConstPtr message;
     std::int64_t arrived_ns;  // wall time
   };
-  std::optional<slam::Pose2> planar(const std::string& to, const std::string& from, const ros::Time& stamp,
-                                    bool* upside_down, std::string* reason) const;
-
   ScanReaderParams params_;
   tf2::BufferCore tf_;
-  std::unique_ptr<tf2_ros::TransformListener> listener_;
+  std::unique_ptr<TfListener> listener_;
   std::deque<Arrival> inbox_;
   bool overflowed_ = false;
 };

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "yarm/ros/conversions.hpp"
+#include "yarm/ros/tf_listener.hpp"
 
 #include <ros/ros.h>
 #include <tf2/buffer_core.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <Eigen/Geometry>
 
@@ -31,7 +31,7 @@ class TfSource {
 
   ros::NodeHandle handle_;
   tf2::BufferCore buffer_;
-  std::unique_ptr<tf2_ros::TransformListener> listener_;
+  std::unique_ptr<TfListener> listener_;
 };
 
 }  // namespace yarm

@@ -11,6 +11,9 @@
 
 namespace yarm::slam {
 
+/// Places farther from the origin on an axis are refused, metres: cells are counted in whole numbers.
+constexpr double kMostFar = 10000.0;
+
 /// An angle brought into [-pi, pi].
 [[nodiscard]] inline double wrapAngle(double angle) {
   return std::remainder(angle, 2.0 * M_PI);

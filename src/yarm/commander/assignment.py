@@ -18,8 +18,19 @@ class Assignments(Protocol):
     def update(self, request: PlanRequest, open_goals: Mapping[str, Goal], now_s: float) -> None:
         """What the map shows at a time, s; the request's own goals are not read."""
 
-    def process(self, request: PlanRequest, keep_clear: Optional[BoolArray]) -> None:
-        """Assign. Idle robots that stand in the columns (gx, gy) of ``keep_clear`` are sent out of them."""
+    def process(
+        self,
+        request: PlanRequest,
+        keep_clear: Optional[BoolArray],
+        hiding: Mapping[str, str],
+        left: Optional[Mapping[str, float]] = None,
+    ) -> None:
+        """Assign. Idle robots that stand in the columns (gx, gy) of ``keep_clear`` are sent out of them.
+
+        Those of ``hiding`` hide cells that count as occupied, so named among the request's objects: they are sent aside
+        when a goal needs these cells. ``left`` is what each robot under way has left, cells, where robots drive each
+        for itself.
+        """
 
     def reject(self, robot: str, reason: str) -> None:
         """The planner found the robot's task impossible for now."""
@@ -40,9 +51,15 @@ class QueuedAssignments:
         """Take in who is there and what is open."""
         self._queue.update(request.robots, tuple(open_goals.values()), now_s)
 
-    def process(self, request: PlanRequest, keep_clear: Optional[BoolArray]) -> None:
+    def process(
+        self,
+        request: PlanRequest,
+        keep_clear: Optional[BoolArray],
+        hiding: Mapping[str, str],
+        left: Optional[Mapping[str, float]] = None,
+    ) -> None:
         """Assign over travel distances."""
-        self._queue.process(request, keep_clear=keep_clear)
+        self._queue.process(request, keep_clear, hiding, left)
 
     def reject(self, robot: str, reason: str) -> None:
         """Give the goal back with the reason."""
@@ -66,7 +83,13 @@ class HomeAssignments:
         """Robots that have left the cell need no home until they are back."""
         self._queue.update(request.robots, tuple(self._queue.goals.values()), now_s)
 
-    def process(self, request: PlanRequest, keep_clear: Optional[BoolArray]) -> None:
+    def process(
+        self,
+        request: PlanRequest,
+        keep_clear: Optional[BoolArray],
+        hiding: Mapping[str, str],
+        left: Optional[Mapping[str, float]] = None,
+    ) -> None:
         """The homes of robots that are back."""
         present = {robot.name for robot in request.robots}
         self._queue.claim([task.goal for task in self._queue.tasks if not task.robot and task.goal.robot in present])

@@ -11,10 +11,10 @@ import numpy as np
 
 from yarm.commander.answers import Answer
 from yarm.commander.events import GoalDone, Outcome, Target
+from yarm.commander.foreseen import where_they_may_be
 from yarm.commander.goals import ActiveGoal, GoalBook
 from yarm.commander.params import CommanderParams
-from yarm.commander.pieces import REFUSED_MOVED_M, Load, Refusal, Sights, bins_of, height_in
-from yarm.commander.shapes import PieceShape, RobotShape
+from yarm.commander.pieces import Load, Refusal, Sights, bins_of, height_in, shapes_seen
 from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.sander.states import SanderState
 from yarm.geometry import BoolArray, CellMap, GridSpec, IntArray, MappedObject, Mask, wrap_angle, yaw_of_quaternion
@@ -24,6 +24,8 @@ from yarm.planning.model.types import Column, FleetPlan, Goal, GoalKind, PlanReq
 from yarm.planning.tasks.task_queue import TaskQueue
 from yarm.planning.why.causes import Circumstances
 from yarm.robots.ankurbot import HAND_STROKE_M
+from yarm.robots.shapes import PieceShape, RobotShape
+from yarm.safety.people import Tracked
 
 SEEN_LOW_M = 0.03
 """The top of a piece may be seen so much too low, metres."""
@@ -91,6 +93,9 @@ class CellState:
         self.sights = Sights()
         self.hidden = HiddenSpace(params.hidden_params)
         self._goal_columns: Dict[str, Column] = {}
+        self._seen_shapes: Dict[str, PieceShape] = {}
+        self._foreseen: Dict[str, IntArray] = {}
+        self.turns_finer = False
 
     def forget_poses(self) -> None:
         """The simulator was started again: nothing seen or learnt before is true any more."""
@@ -104,7 +109,8 @@ class CellState:
         self.at_work = set()
         self.sights = Sights()
         self.hidden.forget()
-        self._goal_columns = {}
+        self._goal_columns, self._seen_shapes, self._foreseen = {}, {}, {}
+        self.turns_finer = False
 
     @property
     def mobiles(self) -> List[str]:
@@ -127,22 +133,29 @@ class CellState:
         done, holds = event.outcome is Outcome.SUCCEEDED, self.grasping.get(goal.robot, False)
         if picks and (done or holds):
             piece = goal.action.split(" ", 1)[1]
-            self.loads[goal.robot] = Load(piece, self.pieces.get(piece))
+            self.loads[goal.robot] = Load(piece, self._piece_shape(piece))
         elif not picks and (done or not holds):
             self.loads.pop(goal.robot, None)
 
-    def take_map(self, cell_map: CellMap) -> None:
-        """Track every robot and goal on a new map."""
+    def _piece_shape(self, name: str) -> Optional[PieceShape]:
+        """The shape of a piece: as it is registered; of what nobody registered as it is seen, or was last."""
+        return self.pieces.get(name, self._seen_shapes.get(name))
+
+    def take_map(self, cell_map: CellMap, people: Sequence[Tracked] = ()) -> None:
+        """Track every robot and goal on a new map, and see where people may be before a robot stands."""
         self.map = cell_map
-        self.hidden.see(cell_map)
+        ahead_s, now_s = self.params.people_s, cell_map.stamp_s
+        people = people if ahead_s > 0.0 else ()
+        self._foreseen = where_they_may_be(cell_map.spec, people, cell_map.objects.keys(), now_s, ahead_s)
+        self._seen_shapes.update(shapes_seen(cell_map.objects))
         self._see_loads()
         self.robots = {found.name: self._track(found, cell_map.spec) for found in self.of_kind("Mobile")}
+        self.hidden.see(cell_map, [robot.cells for robot in self.robots.values()])
         self.queue.see(cell_map.objects)
         self.sights.see(cell_map.objects)
         for name, refusal in list(self.refused.items()):
             found = cell_map.objects.get(name)
-            moved = found is None or math.dist(found.position_m[:2], refusal.xy) > REFUSED_MOVED_M
-            if found is None or moved or self.bin_of(found):
+            if found is None or not refusal.holds(name, cell_map.objects) or self.bin_of(found):
                 del self.refused[name]
         for thing in self.of_kind(GoalKind.DEBRIS) if self.bins else []:
             reason = self._too_low(thing)
@@ -162,7 +175,7 @@ class CellState:
         for robot in sorted({*shown, *self.loads} - self.at_work):
             piece, load, holds = shown.get(robot), self.loads.get(robot), self.grasping.get(robot)
             if piece is not None and holds:
-                self.loads[robot] = Load(piece, self.pieces.get(piece), seen=True)
+                self.loads[robot] = Load(piece, self._piece_shape(piece), seen=True)
             elif load is not None and (load.seen or holds is False):
                 del self.loads[robot]
 
@@ -243,19 +256,24 @@ class CellState:
         assignments: Mapping[str, str],
         forbidden: Optional[BoolArray] = None,
         places: Optional[Mapping[str, Robot]] = None,
+        foreseeing: bool = True,
     ) -> PlanRequest:
-        """The planning step for the newest map; robots in ``places`` stand there in it, the map has them nowhere."""
+        """The planning step for the newest map; robots in ``places`` stand there in it, the map has them nowhere.
+
+        ``foreseeing``: people are wherever they may be before a robot stands, not only where the map shows them.
+        """
         objects = self.map.objects if self.map is not None else {}
         apart = {*goals, *self.carried}
         others = {name: o.cells for name, o in objects.items() if o.kind != ObjectKind.MOBILE and name not in apart}
         others.update({name: self.robots[name].cells for name in self.unplanned})
         others.update(self.hidden.by_hider())
+        others.update(self._foreseen if foreseeing else {})
         robots = tuple(
             self._keeping_turns(standing_as(robot, carries=self._load_of(name)))
             for name, robot in sorted(self.robots.items())
             if name not in self.unplanned
         )
-        standing, elsewhere = self._standing(robots), places or {}
+        standing, elsewhere = self._standing(robots, foreseeing=foreseeing), places or {}
         fleet = tuple(elsewhere.get(robot.name, robot) for robot in robots)
         return PlanRequest(self.spec, standing, fleet, goals, dict(assignments), others, forbidden)
 
@@ -299,9 +317,10 @@ class CellState:
         return self._keeping_turns(Robot(name, place.column, place.yaw_rad, mask, carries=load, mask_at=mask_at))
 
     def _keeping_turns(self, robot: Robot) -> Robot:
-        """A robot that keeps to the turns from the heading it started with."""
+        """A robot that keeps to the turns from the heading it started with, and makes finer ones if all do."""
         home = self.homes.get(robot.name)
-        return robot if home is None else replace(robot, home_yaw_rad=home.yaw_rad)
+        turns_deg = (*self.params.turns_deg, *self.params.finer_turns_deg) if self.turns_finer else None
+        return replace(robot, home_yaw_rad=None if home is None else home.yaw_rad, turns_deg=turns_deg)
 
     def seen_at(self, robot: TrackedRobot, place: Waypoint) -> bool:
         """A robot is seen at a waypoint, within the tolerances."""
@@ -341,7 +360,9 @@ class CellState:
         """The grid of the newest map."""
         return self.map.spec if self.map is not None else GridSpec()
 
-    def _standing(self, robots: Sequence[Robot], solid: Optional[Sequence[str]] = None) -> BoolArray:
+    def _standing(
+        self, robots: Sequence[Robot], solid: Optional[Sequence[str]] = None, foreseeing: bool = True
+    ) -> BoolArray:
         """The map (gx, gy, gz) without robots: neither the cells the cameras took for theirs nor those of their masks.
 
         Cells that no camera sees stand in it when they count as occupied. What is being deleted or hangs on a hand is
@@ -359,6 +380,8 @@ class CellState:
             standing[tuple(found.cells.T)] = True
         if self.hidden.occupied is not None:
             standing |= self.hidden.occupied
+        for cells in self._foreseen.values() if foreseeing else ():
+            standing[tuple(cells.T)] = True
         standing = without_robots(self.map.spec, standing, robots)
         for name in self.unplanned if solid is None else solid:
             cells = self.robots[name].cells

@@ -14,14 +14,15 @@ from typing import Dict, List, Mapping, Optional, Set, Tuple
 
 from yarm.commander.assignment import Assignments
 from yarm.commander.cell_state import CellState
-from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, ShowPlan
+from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, ShowPlan, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.mission import Mission, Tools
+from yarm.commander.mission import Answer, Mission, Tools
 from yarm.commander.params import CheckSteps, Execution
 from yarm.commander.releases import SAME_TIME_S, SEEN_WITHIN_S, Releases
 from yarm.commander.steps import CheckedSteps
 from yarm.geometry import IntArray
-from yarm.planning.model.types import FleetPlan, PlannedMove, PlanRequest, Robot, StepCheck, Waypoint
+from yarm.planning.model.types import PlannedMove, PlanRequest, Robot, StepCheck, Waypoint
+from yarm.planning.tasks.task import Task
 from yarm.planning.verification.checker import Way, cells_beside, check_release, sweep_along
 
 REPLAN_S = 0.5
@@ -35,7 +36,7 @@ class ContinuousMission(Mission):
         """See ``Mission``."""
         super().__init__(cell, tools, assignments, bounded)
         self._releases = Releases(cell)
-        self._asked: Optional[Tuple[float, PlanRequest, FleetPlan]] = None
+        self._asked: Optional[Tuple[float, PlanRequest, Answer]] = None
         self._asked_ends: Dict[str, Waypoint] = {}
         self._carried_out: Optional[PlanRequest] = None
         self._adopted_s = -math.inf
@@ -55,8 +56,7 @@ class ContinuousMission(Mission):
             return actions + coming_in
         fresh = self._take_plan(now_s)
         actions += self._release(now_s, fresh)
-        self._ask(now_s)
-        return actions
+        return actions + self._ask(now_s)
 
     def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
         """A move, or a hand's work, has ended, well or not."""
@@ -64,15 +64,25 @@ class ContinuousMission(Mission):
             if event.outcome is Outcome.SUCCEEDED:
                 self._releases.reported(goal.robot, now_s)
             else:
-                self._releases.stopped(goal.robot)
+                self._releases.stopped(goal.robot, now_s)
                 self._adopted_s = -math.inf
         return super().goal_done(goal, event, now_s)
 
     def _places(self) -> Dict[str, Robot]:
         return self._releases.ends
 
+    def _left(self) -> Dict[str, float]:
+        return self._releases.left_cells(self.cell.params.planner_params.turn_deg_per_cell)
+
     def _on_the_way(self) -> Set[str]:
         return super()._on_the_way() | set(self._releases.under_way)
+
+    def _assigned_view(self, task: Task) -> TaskView:
+        view = super()._assigned_view(task)
+        if task.robot in self._releases.halting:  # told to stop: it no longer follows its goal, seen to stand or not
+            view = replace(view, status=TaskState.ASSIGNED)
+        others = self._releases.waits_for(task.robot) if view.status is TaskState.ASSIGNED else ()
+        return replace(view, reason=f"waits for {', '.join(others)}") if others and not view.reason else view
 
     def _look(self, now_s: float) -> List[Action]:
         """What was sent and is seen to have ended."""
@@ -101,7 +111,10 @@ class ContinuousMission(Mission):
         """The plan asked for takes effect when its time has come; whether one did."""
         if self._asked is None or now_s < self._asked[0] + self.cell.params.plan_delay_s - SAME_TIME_S:
             return False
-        _, request, plan = self._asked
+        _, request, answer = self._asked
+        plan = answer()
+        if plan is None:
+            return False
         self._asked = None
         if not self._releases.adopt(request, plan):
             return False
@@ -109,6 +122,13 @@ class ContinuousMission(Mission):
         self._unsuitable.clear()
         self._take_refusals(plan)
         return True
+
+    def _gives_back(self, robot: str) -> bool:
+        """Whether a robot's goal is given back when it has no way there: only from where it stands.
+
+        What is in the way of one that still drives, an arm that is lifting off for instance, may be gone by then.
+        """
+        return robot not in self._releases.under_way
 
     def _release(self, now_s: float, fresh: bool) -> List[Action]:
         """Send everybody whose next move waits for nobody, if the checker agrees."""
@@ -130,7 +150,7 @@ class ContinuousMission(Mission):
                 sent.append(move.robot)
         actions += self._send_onward(now_s)
         check_ms = 1e3 * (self._tools.stopwatch_s() - before_s)
-        self._note_standstill(sent, refused, fresh, now_s)
+        actions += self._note_standstill(sent, refused, fresh, now_s)
         return self._shown(tuple(sent), refused, check_ms, fresh) + actions
 
     def _send_onward(self, now_s: float) -> List[Action]:
@@ -191,26 +211,29 @@ class ContinuousMission(Mission):
         verdict = "a step was not sent: " if kept else "a step was sent that the checker refuses: "
         return [shown, Log(Level.WARN, verdict + refused)]
 
-    def _note_standstill(self, sent: List[str], refused: str, fresh: bool, now_s: float) -> None:
+    def _note_standstill(self, sent: List[str], refused: str, fresh: bool, now_s: float) -> List[Action]:
         """Write down why nobody moves with a new plan, if nobody does."""
         if sent:
             self.reason, self._stuck_since_s = refused, None
         elif fresh and self._planned is not None and not self._on_the_way() and self._covers_all():
-            self._stand_still(self._planned, CheckedSteps({}, refused), now_s)
+            return self._stand_still(self._planned, CheckedSteps({}, refused), now_s)
+        return []
 
-    def _ask(self, now_s: float) -> None:
+    def _ask(self, now_s: float) -> List[Action]:
         """Ask for the next plan, from where everybody will stand."""
-        if self._asked is not None or now_s < self._not_before_s or not self._plan_due(now_s):
-            return
+        waits = self._asked is not None or now_s < self._not_before_s or bool(self._releases.halting)
+        if waits or not self._plan_due(now_s):
+            return []
         request = self._assign(now_s)
         if not self._queue.assignments:
             self._releases.forget_plan()
-            self._nothing_assigned(now_s)
-            return
+            return self._nothing_assigned(now_s)
         self._quiet_since_s = None
         request = replace(request, under_way=self._releases.cells)
-        self._asked = (now_s, request, self._tools.planner.plan(request, self._tools.rng))
+        planner, rng = self._tools.planner, self._tools.rng
+        self._asked = (now_s, request, self._tools.begin(lambda: planner.plan(request, rng)))
         self._asked_ends = self._releases.targets
+        return []
 
     def _plan_due(self, now_s: float) -> bool:
         """Whether what is carried out does not cover what is wanted, or is no longer new."""
@@ -221,11 +244,11 @@ class ContinuousMission(Mission):
         """Whether the plan being carried out is for the goals that the robots have now."""
         return self._carried_out is not None and self._queue.assignments == self._carried_out.assignments
 
-    def _nothing_assigned(self, now_s: float) -> None:
+    def _nothing_assigned(self, now_s: float) -> List[Action]:
         if self._hands.busy or self._on_the_way():
             self.reason, self._quiet_since_s = self._hands.busy, None
-        else:
-            self._idle(now_s)
+            return []
+        return self._idle(now_s)
 
     def _still_ahead(self, robot: str, cells: IntArray) -> bool:
         """Whether cells (n, 3) of a sweep are in what is left of it, where the robot is seen now, or beside that."""

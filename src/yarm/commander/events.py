@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Mapping, Optional, Tuple, Union
 
-from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
 from yarm.planning.model.types import FleetPlan, PlanRequest
+from yarm.robots.shapes import PieceShape, RobotShape
+from yarm.safety.people import Tracked
 
 
 class Outcome(Enum):
@@ -28,9 +29,10 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, eq=False)
 class MapUpdate:
-    """A new occupancy map."""
+    """A new occupancy map, and what is followed that nobody registered."""
 
     map: CellMap
+    people: Tuple[Tracked, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,9 +158,15 @@ class SetAssociation:
 
 @dataclass(frozen=True)
 class DeleteObject:
-    """Delete a debris that was reached."""
+    """Delete a debris that was reached.
+
+    Attributes:
+        name: its name.
+        place_m: where it is, metres, world: what nobody registered has no name but on the map.
+    """
 
     name: str
+    place_m: Tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

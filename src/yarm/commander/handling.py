@@ -14,7 +14,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 from yarm.commander.cell_state import CellState
 from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, SendGoal, Target, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.pieces import Refusal
+from yarm.commander.pieces import Refusal, pieces_beside
 from yarm.control.actions import MobileAction
 from yarm.geometry import MappedObject, yaw_of_quaternion
 from yarm.planning.model.types import Goal, GoalKind
@@ -162,7 +162,8 @@ class Handling:
         found = self._thing(job.piece)
         reason = f"not picked up in {job.tries} tries: {job.reason}"
         if found is not None:
-            self._cell.refused[job.piece] = Refusal(reason, (found.position_m[0], found.position_m[1]))
+            beside = pieces_beside(found, self._cell.map.objects) if self._cell.map is not None else ()
+            self._cell.refused[job.piece] = Refusal(reason, (found.position_m[0], found.position_m[1]), beside)
         return self._lost(job, f"{job.piece} is given back: {reason}")
 
     def _pick(self, job: Job, now_s: float) -> List[Action]:

@@ -29,7 +29,7 @@ from yarm.commander.states import MISSION_STATES, State
 from yarm.control.actions import MobileAction
 from yarm.geometry import MappedObject
 from yarm.planning.model.types import GoalKind, RobotPlan
-from yarm.planning.tasks.task_queue import Task
+from yarm.planning.tasks.task import Task
 
 KIND_OF_SEND = {Purpose.HAND.value: DecisionKind.HAND, Purpose.SWITCH.value: DecisionKind.SWITCH}
 """Kinds of what is sent; everything else is SEND."""

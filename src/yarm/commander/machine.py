@@ -314,7 +314,7 @@ class Commander:
 
     def _on_map(self, event: MapUpdate, now_s: float) -> List[Action]:
         self._map_seen_s = event.map.stamp_s
-        self.cell.take_map(event.map)
+        self.cell.take_map(event.map, event.people)
         actions = self._set_fault(self._find_fault(now_s), now_s)
         actions += self._supervisor.on_map(now_s)
         return actions + self._advance(now_s)

@@ -20,7 +20,7 @@ from yarm.commander.handling import Job
 from yarm.commander.pieces import Load, Refusal
 from yarm.commander.states import State
 from yarm.planning.model.types import Column, Goal, GoalKind, Waypoint
-from yarm.planning.tasks.task_queue import Task, TaskStatus
+from yarm.planning.tasks.task import Task, TaskStatus
 
 
 class Work(str, Enum):

@@ -34,7 +34,7 @@ from yarm.control.actions import MobileAction
 from yarm.geometry import BoolArray, IntArray
 from yarm.geometry.kinds import ObjectKind
 from yarm.planning.model.types import FleetPlan, FleetPlanner, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint
-from yarm.planning.tasks.task_queue import BODIES, Task, TaskStatus
+from yarm.planning.tasks.task import BODIES, Task, TaskStatus
 from yarm.planning.verification.checker import check_release, robotless_map
 from yarm.planning.why.causes import Circumstances
 
@@ -46,6 +46,17 @@ KEEP_CLEAR_COLUMNS = 1
 """An idle robot stays out of the private areas inflated by this many columns (0.6 m from the part)."""
 
 
+Planning = Callable[[], FleetPlan]
+Answer = Callable[[], Optional[FleetPlan]]
+"""The plan that was asked for; None while it is being made."""
+
+
+def at_once(planning: Planning) -> Answer:
+    """Plan now, and have the answer."""
+    plan = planning()
+    return lambda: plan
+
+
 @dataclass(frozen=True)
 class Tools:
     """What a mission works with.
@@ -54,11 +65,13 @@ class Tools:
         planner: plans a step for the fleet.
         rng: its random generator.
         stopwatch_s: wall time for reports; decides nothing.
+        begin: begins to plan what is needed only later, and gives what to ask for the plan.
     """
 
     planner: FleetPlanner
     rng: np.random.Generator
     stopwatch_s: Callable[[], float] = lambda: 0.0
+    begin: Callable[[Planning], Answer] = at_once
 
 
 class Mission(Activity):
@@ -92,6 +105,7 @@ class Mission(Activity):
 
     def start(self, now_s: float) -> List[Action]:
         """Forget the plans and tasks of the last mission."""
+        self.cell.turns_finer = False
         self._assignments.start()
         self._tools.planner.reset()
         self._planned = None
@@ -135,8 +149,7 @@ class Mission(Activity):
             self.reason, self._quiet_since_s = self._hands.busy, None
             return actions
         if not self._queue.assignments:
-            self._idle(now_s)
-            return actions
+            return actions + self._idle(now_s)
         self._quiet_since_s = None
         return actions + self._plan(request, now_s)
 
@@ -295,7 +308,8 @@ class Mission(Activity):
         return now is None or now.column != task.goal.column
 
     def _recheck(self, now_s: float) -> List[Action]:
-        request = self.cell.request({**self._queue.goals, **self.cell.open_goals()}, self._queue.assignments)
+        goals = {**self._queue.goals, **self.cell.open_goals()}
+        request = self.cell.request(goals, self._queue.assignments, foreseeing=False)
         actions: List[Action] = []
         occupied = robotless_map(request)
         for name in self.cell.outside:
@@ -320,6 +334,10 @@ class Mission(Activity):
     def _places(self) -> Mapping[str, Robot]:
         """Robots that are planned for from elsewhere than where they stand."""
         return {}
+
+    def _left(self) -> Optional[Mapping[str, float]]:
+        """What each robot under way has left of its move, cells; None where all are idle at the same time."""
+        return None
 
     def _owner(self, cells: IntArray) -> str:
         wanted = {tuple(index) for index in cells.tolist()}
@@ -346,9 +364,13 @@ class Mission(Activity):
             if task.kind is GoalKind.BIN or (task.kind is GoalKind.DEBRIS and self.cell.params.bins_used):
                 actions += self._hands.reached(robot, task.goal, now_s)
             elif task.status is TaskStatus.DELETING:
-                actions.append(DeleteObject(name))
+                actions.append(self._deletion(name))
         actions += self._delete_again(now_s)
         return actions
+
+    def _deletion(self, name: str) -> DeleteObject:
+        found = self.cell.map.objects.get(name) if self.cell.map is not None else None
+        return DeleteObject(name) if found is None else DeleteObject(name, self.cell.place_of(found))
 
     def _delete_again(self, now_s: float) -> List[Action]:
         actions: List[Action] = []
@@ -356,13 +378,13 @@ class Mission(Activity):
             name = task.goal.name
             if now_s - task.since_s > self.cell.params.delete_timeout_s:
                 self._queue.ask_again(name, now_s)
-                actions += [Log(Level.WARN, f"no answer to the deletion of {name}, asked again"), DeleteObject(name)]
+                actions += [Log(Level.WARN, f"no answer to the deletion of {name}, asked again"), self._deletion(name)]
         return actions
 
     def _assign(self, now_s: float) -> PlanRequest:
         request = self.cell.request({}, {}, self._forbidden(), self._places())
         self._assignments.update(request, self.cell.open_goals(), now_s)
-        self._assignments.process(self._full(request), self._keep_clear())
+        self._assignments.process(self._full(request), self._keep_clear(), self.cell.hidden.movable, self._left())
         return replace(self._full(request), assignments=dict(self._queue.assignments))
 
     def _forbidden(self) -> Optional[BoolArray]:
@@ -376,7 +398,7 @@ class Mission(Activity):
     def _keep_clear(self) -> Optional[BoolArray]:
         return self.cell.private_columns(KEEP_CLEAR_COLUMNS) if self.cell.manipulators else None
 
-    def _idle(self, now_s: float) -> None:
+    def _idle(self, now_s: float) -> List[Action]:
         """Nobody has a task: done after a while, unless goals remain that nobody can reach."""
         params = self.cell.params
         if self._quiet_since_s is None:
@@ -391,12 +413,25 @@ class Mission(Activity):
             self._not_before_s = now_s + params.retry_s
             if waited > params.give_up_s:
                 self.finish(Ending.FAILED, self.reason)
+            elif unreachable:
+                return self._turn_finer(waited)
         elif self._queue.deleting:
             self.reason = f"waiting for the deletion of {', '.join(self._deleting())}"
         elif waited < params.linger_s:
             self.reason = "no task is open"
         else:
             self.finish(Ending.SUCCEEDED)
+        return []
+
+    def _turn_finer(self, waited_s: float) -> List[Action]:
+        """When there has been no way for so long, robots make finer turns, too, from now on."""
+        params = self.cell.params
+        if waited_s <= params.finer_after_s or not params.finer_turns_deg or self.cell.turns_finer:
+            return []
+        self.cell.turns_finer = True
+        self._tools.planner.reset()
+        finer = ", ".join(f"{angle:g}" for angle in params.finer_turns_deg)
+        return [Log(Level.WARN, f"{self.reason}; robots turn by {finer} deg, too (finer_turns_deg)")]
 
     def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
         plan = self._planned = self._tools.planner.plan(request, self._tools.rng)
@@ -412,8 +447,7 @@ class Mission(Activity):
             actions.append(Log(Level.WARN, verdict + checked.refused))
         self._take_refusals(plan)
         if not checked.steps:
-            self._stand_still(plan, checked, now_s)
-            return actions
+            return actions + self._stand_still(plan, checked, now_s)
         self.reason = checked.refused
         self._stuck_since_s = None
         robots = {robot.name: robot for robot in request.robots}
@@ -437,10 +471,15 @@ class Mission(Activity):
                 self._note(name, f"{robot_plan.status.value}: {robot_plan.reason}")
             else:
                 self._note(name, "")
-            if robot_plan.status in GIVEN_BACK and robot_plan.goal:
+            if robot_plan.status in GIVEN_BACK and robot_plan.goal and self._gives_back(name):
                 self._assignments.reject(name, robot_plan.reason)
 
-    def _stand_still(self, plan: FleetPlan, checked: CheckedSteps, now_s: float) -> None:
+    def _gives_back(self, robot: str) -> bool:
+        """Whether a robot's goal is given back when it has no way there."""
+        return True
+
+    def _stand_still(self, plan: FleetPlan, checked: CheckedSteps, now_s: float) -> List[Action]:
+        """A plan moves nobody: the mission fails after a while."""
         params = self.cell.params
         self.reason = checked.refused or plan.reason or "the planner lets everybody wait"
         self._not_before_s = now_s + params.retry_s
@@ -448,3 +487,5 @@ class Mission(Activity):
             self._stuck_since_s = now_s
         if now_s - self._stuck_since_s > params.give_up_s:
             self.finish(Ending.FAILED, self.reason)
+            return []
+        return [] if checked.refused else self._turn_finer(now_s - self._stuck_since_s)

@@ -10,6 +10,7 @@ from yarm.params import param
 from yarm.planning.model.hidden import HiddenParams, HiddenPolicy
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.registry import PLANNER_NAMES
+from yarm.robots.turns import FINER_TURNS_DEG
 
 
 class Removal(str, Enum):
@@ -57,6 +58,17 @@ class CommanderParams:
     particles: int = param(PlannerParams.particles, "", "particles of the planner, at least", low=3, high=20000)
     turns_deg: Tuple[float, ...] = param(
         PlannerParams.turns_deg, "deg", "turns about the end effector that robots may make", -180.0, 180.0
+    )
+    finer_turns_deg: Tuple[float, ...] = param(
+        FINER_TURNS_DEG,
+        "deg",
+        "further turns, for the rest of a mission, once nothing is left but goals to which turns_deg leads nobody, "
+        "or nobody moves; empty: none",
+        -180.0,
+        180.0,
+    )
+    finer_after_s: float = param(
+        10.0, "s", "a mission in which nobody finds a way takes finer_turns_deg after this long", low=0.0, high=36000.0
     )
     arrival_tolerance_m: float = param(0.06, "m", "within this of a column's centre counts as there", low=0.0, high=0.2)
     heading_tolerance_deg: float = param(3.0, "deg", "within this of a heading counts as there", low=0.1, high=45.0)
@@ -114,6 +126,14 @@ class CommanderParams:
         HiddenParams.starts_clear,
         "",
         "nothing unregistered is in the cell at the start, nor ever where no camera looks",
+    )
+    people_s: float = param(
+        1.4,
+        "s",
+        "no step is planned where somebody who moves may be within this time: what a robot at 1 m/s needs to stand, "
+        "and 0.5 s; 0: people are where the map shows them",
+        low=0.0,
+        high=5.0,
     )
     removal: str = param(
         Removal.DELETE.value,

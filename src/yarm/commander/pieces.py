@@ -9,10 +9,10 @@ from typing import Deque, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
 
-from yarm.commander.shapes import PieceShape
 from yarm.geometry import MappedObject, transform_matrix
 from yarm.geometry.kinds import ObjectKind
 from yarm.robots import bin as bins
+from yarm.robots.shapes import PieceShape
 
 VIEWS = 15
 """Newest views of a piece that its place is made of: half a second of them."""
@@ -20,6 +20,8 @@ MOVED_M = 0.01
 """A piece whose seed has gone farther has moved: what was seen of it before counts no more, metres."""
 REFUSED_MOVED_M = 0.05
 """A piece that was given back is a goal again when it is so far from where it was, metres."""
+BESIDE_M = 0.2
+"""Pieces whose middles are nearer may hide or press each other, metres."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,31 @@ class Load:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A piece that no robot shall try again: why, and where it lay, metres, world."""
+    """A piece that no robot shall try again as it lies.
+
+    Attributes:
+        reason: why.
+        xy: where it lay, metres, world.
+        beside: the pieces beside it then; without one of them it may be seen, and taken, better.
+    """
 
     reason: str
     xy: Tuple[float, float]
+    beside: Tuple[str, ...] = ()
+
+    def holds(self, name: str, objects: Mapping[str, MappedObject]) -> bool:
+        """Whether the piece still lies so on a map, with everything that lay beside it."""
+        places = {other: objects[other].position_m[:2] for other in (name, *self.beside) if other in objects}
+        far = {name: REFUSED_MOVED_M, **dict.fromkeys(self.beside, BESIDE_M)}
+        return all(other in places and math.dist(places[other], self.xy) <= limit for other, limit in far.items())
+
+
+def pieces_beside(found: MappedObject, objects: Mapping[str, MappedObject]) -> Tuple[str, ...]:
+    """Names of the other pieces that lie beside one, in order."""
+    debris = (thing for thing in objects.values() if thing.kind == ObjectKind.DEBRIS and thing.name != found.name)
+    return tuple(
+        sorted(thing.name for thing in debris if math.dist(thing.position_m[:2], found.position_m[:2]) <= BESIDE_M)
+    )
 
 
 @dataclass
@@ -76,6 +99,16 @@ class Sights:
             return found.position_m
         x, y, z = np.median(np.asarray(sight.tops), axis=0).tolist()
         return (x, y, z)
+
+
+def shapes_seen(objects: Mapping[str, MappedObject]) -> Dict[str, PieceShape]:
+    """The shapes of the pieces on a map that nobody registered, by name, as they are seen."""
+    sizes = {name: found.size_m for name, found in objects.items()}
+    return {
+        name: PieceShape(0.5 * math.hypot(size[0], size[1]), size[2])
+        for name, size in sizes.items()
+        if size is not None
+    }
 
 
 def bins_of(objects: Mapping[str, MappedObject]) -> List[MappedObject]:

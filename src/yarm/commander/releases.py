@@ -22,6 +22,8 @@ SHARPEST_RAD = math.radians(60.0)
 """At a sharper corner it stops first."""
 SAME_YAW_RAD = math.radians(0.5)
 """Headings this near are the same: there is no turn."""
+STILL_M, STILL_RAD, STILL_S = 0.01, math.radians(0.5), 0.2
+"""A robot stands that has moved by less than this, metres and rad, for so long, s."""
 SAME_TIME_S = 1e-6
 """Times closer than this are the same, s."""
 
@@ -39,6 +41,7 @@ class Released:
         via: where it goes by and has not passed yet.
         began: where the leg to the first of those, or to the end, began.
         given: all waypoints that it was given since it stood.
+        halted_s: when it was told to stop, or said that it has stopped, short of its end; None when it was not.
     """
 
     robot: Robot
@@ -49,6 +52,7 @@ class Released:
     given: Tuple[Waypoint, ...]
     reported_s: Optional[float] = None
     via: Tuple[Waypoint, ...] = ()
+    halted_s: Optional[float] = None
 
     @property
     def way(self) -> Tuple[Waypoint, ...]:
@@ -63,10 +67,12 @@ class Endings:
     Attributes:
         arrived: robots seen where they were sent.
         strayed: robots that say they have arrived and are not seen there.
+        stand: robots that stopped short and are seen to stand.
     """
 
     arrived: Tuple[str, ...] = ()
     strayed: Tuple[str, ...] = ()
+    stand: Tuple[str, ...] = ()
 
 
 class Releases:
@@ -81,6 +87,7 @@ class Releases:
         self._ahead: Dict[str, Tuple[TrackedRobot, IntArray]] = {}
         self._sweeps: Dict[PlannedMove, IntArray] = {}
         self._looks: Dict[Tuple[str, PlannedMove], Tuple[float, bool]] = {}
+        self._still: Dict[str, Tuple[float, TrackedRobot]] = {}
 
     @property
     def ends(self) -> Dict[str, Robot]:
@@ -117,6 +124,17 @@ class Releases:
         """What the moves under way sweep."""
         return {name: released.cells for name, released in self.under_way.items()}
 
+    def left_cells(self, turn_deg_per_cell: float) -> Dict[str, float]:
+        """What the robots under way have left of their ways, cells; turns count as planned ones do."""
+        left: Dict[str, float] = {}
+        for name, released in self.under_way.items():
+            robot = self._seen(released)
+            places = np.array([robot.column, *(waypoint.column for waypoint in released.way)], dtype=float)
+            turn_deg = math.degrees(abs(wrap_angle(released.end.yaw_rad - robot.yaw_rad)))
+            way = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+            left[name] = way + turn_deg / turn_deg_per_cell
+        return left
+
     def begin(self, robot: Robot, index: int, sweep: Sweep) -> None:
         """A move of the plan is sent, to a robot that stands, or to one under way that goes on with it."""
         end = self._order.release(index).end
@@ -135,9 +153,18 @@ class Releases:
         """A robot says that it has arrived; whether it is seen there, the next look shows."""
         self.under_way[robot] = replace(self.under_way[robot], reported_s=now_s)
 
-    def stopped(self, robot: str) -> None:
-        """A robot has stopped short: its move never ends, and what waits for it waits for another plan."""
-        self.under_way.pop(robot, None)
+    def stopped(self, robot: str, now_s: float) -> None:
+        """A robot stops short: its move never ends, and what waits for it waits for another plan.
+
+        Until it is seen to stand, it may be anywhere in what was left of its way: its word comes before it has braked.
+        """
+        self.under_way[robot] = replace(self.under_way[robot], halted_s=now_s, reported_s=None)
+        self._still.pop(robot, None)
+
+    @property
+    def halting(self) -> Tuple[str, ...]:
+        """Robots that stop short and are not seen to stand yet."""
+        return tuple(sorted(name for name, released in self.under_way.items() if released.halted_s is not None))
 
     def look(self, now_s: float) -> Endings:
         """Take in where robots are seen that say they have arrived."""
@@ -145,6 +172,7 @@ class Releases:
             self.under_way[name] = self._behind(released, self._cell.robots.get(name))
         arrived: List[str] = []
         strayed: List[str] = []
+        stand = [name for name in self.halting if self._stands(name, now_s)]
         for name, released in sorted(self.under_way.items()):
             tracked = self._cell.robots.get(name)
             if tracked is None or released.reported_s is None:
@@ -154,9 +182,21 @@ class Releases:
                 self._order.finish(name)
             elif now_s - released.reported_s > SEEN_WITHIN_S:
                 strayed.append(name)
-        for name in (*arrived, *strayed):
+        for name in (*arrived, *strayed, *stand):
             del self.under_way[name]
-        return Endings(tuple(arrived), tuple(strayed))
+        return Endings(tuple(arrived), tuple(strayed), tuple(stand))
+
+    def _stands(self, name: str, now_s: float) -> bool:
+        """Whether a robot that stops short is seen to stand; so counts one that is not seen, or never comes to rest."""
+        tracked, halted_s = self._cell.robots.get(name), self.under_way[name].halted_s
+        if tracked is None or (halted_s is not None and now_s - halted_s > self._cell.params.cancel_timeout_s):
+            return True
+        since_s, there = self._still.setdefault(name, (now_s, tracked))
+        turned = abs(wrap_angle(tracked.yaw_rad - there.yaw_rad))
+        if math.dist((tracked.x, tracked.y), (there.x, there.y)) > STILL_M or turned > STILL_RAD:
+            self._still[name] = now_s, tracked
+            return False
+        return now_s - since_s >= STILL_S - SAME_TIME_S
 
     def adopt(self, request: PlanRequest, plan: FleetPlan) -> bool:
         """Carry a plan out from now on; false when it does not start where the moves under way end."""
@@ -173,6 +213,11 @@ class Releases:
     def forget_plan(self) -> None:
         """Nothing more of the plan is released."""
         self._order = ReleaseOrder(())
+
+    def waits_for(self, robot: str) -> Tuple[str, ...]:
+        """Other robots that a standing robot's next move waits for, in order."""
+        index = self._order.next_of(robot)
+        return () if index is None else tuple(name for name in self._order.waits_for(index) if name != robot)
 
     def ready(self, assignments: Mapping[str, str]) -> List[Tuple[int, PlannedMove, Robot]]:
         """Moves that may be released, with their robots as they stand; those planned for another goal are left out."""
@@ -195,7 +240,9 @@ class Releases:
         found = []
         for name, released in sorted(self.under_way.items()):
             index, tracked = self._order.onward(name), self._cell.robots.get(name)
-            if index is None or tracked is None or released.reported_s is not None or name in self._cell.holds:
+            sent = self._cell.goals.active.get(name)
+            ending = released.reported_s is not None or sent is None or sent.cancelled_s is not None
+            if index is None or tracked is None or ending or name in self._cell.holds:
                 continue
             move = self._order.moves[index]
             wanted = self._goals.get(name, "") == assignments.get(name, "")

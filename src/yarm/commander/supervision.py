@@ -42,8 +42,7 @@ def distance_to_cells(spec: GridSpec, point: Tuple[float, float], cells: IntArra
     if len(cells) == 0:
         return math.inf
     size = spec.resolution[:2]
-    columns = np.unique(cells[:, :2], axis=0)
-    centres = np.asarray(spec.lower[:2]) + (columns + 0.5) * size
+    centres = np.asarray(spec.lower[:2]) + (cells[:, :2] + 0.5) * size
     gap = np.maximum(np.abs(centres - np.asarray(point)) - size / 2.0, 0.0)
     return float(np.hypot(gap[:, 0], gap[:, 1]).min())
 

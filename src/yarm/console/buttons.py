@@ -37,7 +37,7 @@ class Button:
 
 
 def buttons(now: Situation, table: Sequence[Transition] = TABLE) -> List[Button]:
-    """The transitions of a situation's state, each once; of several requests that do the same, the first.
+    """The transitions of a situation's state, each once; of several requests that do the same, the first allowed one.
 
     Args:
         now: state, whether its work goes on or has succeeded.
@@ -47,10 +47,12 @@ def buttons(now: Situation, table: Sequence[Transition] = TABLE) -> List[Button]
     for request in REQUESTS:
         free = Situation(now.state, busy=False, succeeded=True)
         row = decide(request, free, table).transition
-        if row is None or (row.target, row.does) in found:
+        if row is None:
+            continue
+        known, refusal = found.get((row.target, row.does)), decide(request, now, table).message
+        if known is not None and (refusal or not known.refusal):
             continue
         fields = {name: value for name, value in asdict(request).items() if value}
-        refusal = decide(request, now, table).message
         label = f"jump_state: {int(row.target)}" if request.jump_state else row.label
         found[row.target, row.does] = Button(label, row.target.name, row.does, fields, refusal)
     return list(found.values())

@@ -1,40 +1,35 @@
-"""A film of the youBot clearing its floor, taken in the simulation: a page plays it as any other run."""
+"""A film of the youBot at its tasks, taken in the simulation: a page plays it as any other run."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
+from yarm.console.arm_film import ArmTake
 from yarm.console.cell import Part
-from yarm.console.film import Film
 from yarm.console.picture import BodyDrawing, Line, Pose, Scene, state_message
-from yarm.console.results import FILM
+from yarm.console.reel import HAND, HandTrace, Reel, hand_way, in_degrees, words_of
+from yarm.console.room import Marks
 from yarm.console.trails import Trails
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix, transform_points
+from yarm.geometry.poses import quaternions_of
 from yarm.geometry.solids import Solid
 from yarm.manipulation.clearing.mission import Command
 from yarm.manipulation.clearing.reachability import T_BASE_ARM
-from yarm.manipulation.kinematics.forward import forward_many
-from yarm.manipulation.motion.trajectory import Trajectory
-from yarm.sim.engine.bodies import description
+from yarm.manipulation.motion.checkpoints import ArmScene
+from yarm.robots.youbot import NAME
 from yarm.sim.engine.youbot_floor import YoubotFloor
+from yarm.sim.scenes.bodies import Body
+from yarm.sim.scenes.youbot_floor import CUP_FRAME, floor_bodies
 
-PERIOD_S = 0.1
-"""Simulated time between two pictures, s."""
-FLOOR, ROBOT, HAND, CUP = "floor", "youbot", "hand", "suction_cup"
-SCENE_VERSION = 1
 LOW_M = 0.02
 """Height at which the base's way is drawn, metres."""
-WAY_POINTS = 40
-"""Points of the hand's way in one motion."""
-TRACE_M, TRACE_POINTS = 0.02, 3000
-"""The hand's way behind: distance of two points, metres, and points at most; the oldest go."""
 
 
 class FloorFilm:
-    """Takes pictures of a floor while a mission is played on it: pass it as what watches, then write it."""
+    """Takes pictures of the youBot's tasks while they are played: of the arm's, and of the floor's, when called."""
 
     def __init__(self, title: str) -> None:
         """Nothing has been seen yet.
@@ -42,24 +37,28 @@ class FloorFilm:
         Args:
             title: of the film, for people.
         """
-        self.film = Film(title)
+        self.reel = Reel(title)
         self._scene: Optional[Scene] = None
         self._parts: Dict[str, Part] = {}
-        self._next_s = 0.0
-        self._trails = Trails()
-        self._hand: List[FloatArray] = []
+        self._still: Dict[str, Pose] = {}
+        self._trails, self._trace = Trails(), HandTrace()
         self._ahead = np.empty((0, 3))
+
+    def arm(self, title: str, scene: ArmScene) -> ArmTake:
+        """What looks on while the arm plays a task of its own."""
+        return ArmTake(self.reel, title, scene)
 
     def __call__(self, world: YoubotFloor, command: Command) -> None:
         """A tick has passed in a world, in which the robot did as it was told."""
         if self._scene is None:
-            self._scene = scene_of(world)
-            self._parts = {"scene": Part(SCENE_VERSION, self._scene.message(SCENE_VERSION))}
+            task = self.reel.begin("the floor")
+            bodies = floor_bodies(world.scene)
+            self._scene, self._still = scene_of(bodies), still_poses(bodies)
+            self._parts = {"scene": Part(task, self._scene.message(task)), "marks": Part(-task, Marks().message(-task))}
         if command.motion is not None:
             self._ahead = hand_way(command.motion)
-        if world.time_s >= self._next_s:
-            self._next_s = world.time_s + PERIOD_S
-            self.film.add(world.time_s, self._parts, self._state(world, self._scene))
+        if self.reel.due(world.time_s):
+            self.reel.add(world.time_s, self._parts, self._state(world, self._scene))
 
     def write(self, folder: Path) -> Path:
         """The film as a file of a run's folder.
@@ -67,75 +66,55 @@ class FloorFilm:
         Raises:
             OSError: it cannot be written.
         """
-        self.film.write(folder / FILM)
-        return folder / FILM
+        return self.reel.write(folder)
 
     def _state(self, world: YoubotFloor, scene: Scene) -> bytes:
-        poses = poses_of(world)
-        base, hand = world.robot.pose(), np.array(poses[CUP][:3])
-        self._trails.follow(ROBOT, base.x, base.y)
-        if not self._hand or np.linalg.norm(hand - self._hand[-1]) >= TRACE_M:
-            self._hand = [*self._hand[1 - TRACE_POINTS :], hand]
-        lines = self._trails.lines(LOW_M)
-        if len(self._hand) > 1:
-            lines.append(Line("driven", HAND, np.array(self._hand)))
+        poses = {**self._still, **moving_poses(world)}
+        base = world.robot.pose()
+        self._trails.follow(NAME, base.x, base.y)
+        self._trace.follow(np.array(poses[CUP_FRAME][:3]))
+        lines = [*self._trails.lines(LOW_M), *self._trace.lines()]
         if len(self._ahead):
             T_world_base = transform_matrix((base.x, base.y, 0.0), quaternion_from_rpy(0.0, 0.0, base.yaw_rad))
             lines.append(Line("path", HAND, transform_points(T_world_base @ T_BASE_ARM, self._ahead)))
-        words = {
-            "time_s": round(world.time_s, 3),
-            "silent": [],
-            "commander": None,
-            "buttons": [],
-            "tasks": [],
-            "stop": None,
-            "robots": [],
-            "arms": [],
-            "real_time_factor": None,
-            "room": {"title": "youBot's arm", "facts": facts_of(world), "verdicts": []},
-        }
-        return state_message(words, scene, SCENE_VERSION, poses, None, lines)
+        words = words_of(self.reel.at_s(world.time_s), "youBot's arm: the floor", facts_of(world))
+        return state_message(words, scene, self._parts["scene"].version, poses, None, lines)
 
 
-def scene_of(world: YoubotFloor) -> Scene:
-    """Robot, debris and whatever stands firm, each of the solids that the physics knows."""
-    _, robot = description("youbot.urdf.xacro", system="manipulation")
-    _, debris = description("debris.urdf.xacro")
-    firm: Dict[str, List[Tuple[str, Solid]]] = {}
-    for name, solid in world.scene.boxes():
-        firm.setdefault(name, []).append((FLOOR, solid))
-    return Scene(
-        [
-            BodyDrawing(ROBOT, "Mobile", "dynamic", "base_link", [(solid.link, solid) for solid in robot.solids]),
-            *(
-                BodyDrawing(piece.name, "Debris", "dynamic", piece.name, [(piece.name, s) for s in debris.solids])
-                for piece in world.scene.debris
-            ),
-            *(BodyDrawing(name, "Obstacle", "static", FLOOR, solids) for name, solids in firm.items()),
-        ]
-    )
+def scene_of(bodies: Sequence[Body]) -> Scene:
+    """Bodies of the solids that the physics knows."""
+    return Scene([_drawing(body) for body in bodies])
 
 
-def poses_of(world: YoubotFloor) -> Dict[str, Pose]:
-    """Of every frame of the scene, world."""
-    pieces = {piece.name: world.piece_pose(piece.name) for piece in world.scene.debris}
-    return {FLOOR: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), **world.robot.link_frames(), **pieces}
+def _drawing(body: Body) -> BodyDrawing:
+    solids = [(i.frame, Solid(i.solid.shape, i.solid.size, i.T_frame_solid)) for i in body.solids]
+    return BodyDrawing(body.name, body.kind, "dynamic" if body.dynamic else "static", body.seed_frame, solids)
+
+
+def still_poses(bodies: Sequence[Body]) -> Dict[str, Pose]:
+    """Of every frame that never moves, world."""
+    fixed = {frame: pose for body in bodies for frame, pose in body.static_frames.items()}
+    turns = quaternions_of(np.array([pose[:3, :3] for pose in fixed.values()]).reshape(-1, 3, 3))
+    return {frame: (*pose[:3, 3].tolist(), *turn.tolist()) for (frame, pose), turn in zip(fixed.items(), turns)}
+
+
+def moving_poses(world: YoubotFloor) -> Dict[str, Pose]:
+    """Of every frame of robot and debris, world."""
+    return {**world.robot.link_frames(), **{piece.name: world.piece_pose(piece.name) for piece in world.scene.debris}}
 
 
 def facts_of(world: YoubotFloor) -> List[List[str]]:
     """How far it has come, as names and values."""
-    pieces = [piece.name for piece in world.scene.debris]
+    there = [world.in_bin(piece.name) for piece in world.scene.debris]
     force_n = max(world.robot.cup.press_n().values(), default=0.0)
-    joints = ", ".join(f"{round(float(np.degrees(angle)))}\u00b0" for angle in world.robot.joints())
+    return floor_facts(there, world.held(), force_n, world.robot.joints())
+
+
+def floor_facts(in_bin: Sequence[bool], held: str, press_n: float, joints: FloatArray) -> List[List[str]]:
+    """The same from what is known: of each piece whether it is in the bin, and of the robot its joints (5,), rad."""
     return [
-        ["in the bin", f"{sum(map(world.in_bin, pieces))} of {len(pieces)} pieces"],
-        ["on the cup", world.held() or "nothing"],
-        ["push of the cup", f"{force_n:.0f} N"],
-        ["joints", joints],
+        ["in the bin", f"{sum(in_bin)} of {len(in_bin)} pieces"],
+        ["on the cup", held or "nothing"],
+        ["push of the cup", f"{press_n:.0f} N"],
+        ["joints", in_degrees(joints)],
     ]
-
-
-def hand_way(motion: Trajectory) -> FloatArray:
-    """The hand's way in a motion, (n, 3), metres, the arm's frame."""
-    q, _, _ = motion.evaluate(np.linspace(0.0, motion.duration_s, WAY_POINTS))
-    return np.asarray(forward_many(q)[:, :3, 3])

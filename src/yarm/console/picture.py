@@ -79,11 +79,15 @@ class Line:
 
 @dataclass
 class Scene:
-    """Bodies, cameras, areas; ``frames`` are the frames whose poses a state brings, in order."""
+    """Bodies, cameras, areas; ``frames`` are the frames whose poses a state brings, in order.
+
+    ``around`` is what a page looks at: lower and upper corner on the floor, metres; empty for a whole cell.
+    """
 
     bodies: Sequence[BodyDrawing] = ()
     cameras: Sequence[CameraDrawing] = ()
     areas: Sequence[Area] = ()
+    around: Tuple[float, ...] = ()
     frames: List[str] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -117,6 +121,7 @@ class Scene:
                 }
                 for camera in self.cameras
             ],
+            "around": list(self.around),
             "areas": [{"name": area.name, "lower": area.lower, "upper": area.upper} for area in self.areas],
         }
         poses = np.array([solid.pose for _, _, solid in solids], np.float32).reshape(-1, 16)
@@ -157,7 +162,13 @@ def state_message(
         "scene": version,
         "grid": grid,
         "objects": [
-            {"name": thing.name, "kind": str(thing.kind), "cells": len(thing.cells), "at": list(thing.position_m)}
+            {
+                "name": thing.name,
+                "kind": str(thing.kind),
+                "cells": len(thing.cells),
+                "at": list(thing.position_m),
+                "seen_by": [] if thing.piece is None else list(thing.piece.cameras),
+            }
             for thing in things
         ],
         "lines": [{"layer": line.layer, "name": line.name, "count": len(line.points)} for line in lines],

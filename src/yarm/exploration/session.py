@@ -280,7 +280,7 @@ class Session:
         jumped = self._watch.take_jump()
         self._follow_frame(seen, jumped)
         if self._state is State.RETURNING:
-            return self._drive_home(seen)
+            return self._drive_home(replace(seen, jumped=jumped))
         assert self._controller is not None
         step = self._controller.step(self._relative(seen, jumped))
         self._events.extend(step.events)
@@ -312,9 +312,10 @@ class Session:
     def _drive_home(self, seen: Observation) -> Command:
         assert self._start is not None
         step = self._home.step(seen, self._start)
+        self._events.extend(step.events)
         self._behaviour, self._reason, self._intent = "return", step.reason, step.intent
         if step.done:
-            self._end(State.DONE, step.reason or f"back at the start; {self._why_home}")
+            self._end(State.DONE, f"{step.reason or 'back at the start'}; {self._why_home}")
         return step.command
 
     def _finish(self, step: Step) -> None:

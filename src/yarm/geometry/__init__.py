@@ -1,6 +1,6 @@
 """Grid, poses, masks and column images; NumPy only."""
 
-from yarm.geometry.cell_map import CarriedPiece, CellMap, CellState, MappedObject, SeenPiece, Visibility
+from yarm.geometry.cell_map import STRAY, CarriedPiece, CellMap, CellState, MappedObject, SeenPiece, Visibility
 from yarm.geometry.columns import (
     ColumnImage,
     cells_from_columns,
@@ -25,6 +25,7 @@ from yarm.geometry.poses import (
 )
 
 __all__ = [
+    "STRAY",
     "BoolArray",
     "CarriedPiece",
     "CellMap",

@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 from yarm.geometry.grid import GridSpec, IntArray
 
+STRAY = "debris_auto_"
+"""What the names of pieces of debris that nobody registered begin with, on the map."""
+
 
 @dataclass(frozen=True)
 class SeenPiece:
@@ -53,13 +56,14 @@ class MappedObject:
     """One object of the live grid.
 
     Attributes:
-        name: unique name; "unknown_<n>" for a thing nobody registered.
+        name: unique name; "unknown_<n>" for a thing nobody registered, "debris_auto_<n>" for debris nobody did.
         kind: "Mobile", "Manipulator", "Debris", "Target" or "Obstacle".
         uid: number, unique for the life of the perception process.
         position_m: seed (a robot's end effector), metres, world.
         quaternion: seed orientation x, y, z, w.
         cells: (n, 3) its cells; none for a target and for what is carried: a robot's load is among the robot's cells.
-        piece: what is seen of it, of debris; None for anything else, and for debris that is not seen.
+        piece: what is seen of it, of debris; None for anything else, and for debris that is not seen. On a hand only
+            what nobody registered has one.
         carried: how it hangs on a robot's hand, of debris; None for what does not.
     """
 
@@ -71,6 +75,16 @@ class MappedObject:
     cells: IntArray
     piece: Optional[SeenPiece] = None
     carried: Optional[CarriedPiece] = None
+
+    @property
+    def size_m(self) -> Optional[Tuple[float, float, float]]:
+        """Length, width and height, metres, of a piece that nobody registered, as it is seen: its seed is its middle.
+
+        None for anything else.
+        """
+        if self.piece is None or not self.name.startswith(STRAY):
+            return None
+        return self.piece.length_m, self.piece.width_m, 2.0 * (self.piece.top_m[2] - self.position_m[2])
 
 
 class CellState(IntEnum):

@@ -40,6 +40,14 @@ class Mask:
         """Absolute cells (n, 3), possibly outside the grid, with the end effector in the given column."""
         return self.cells + np.array([column[0], column[1], 0], dtype=np.int64)
 
+    def turned_by_quarters(self, quarters: int) -> Mask:
+        """The mask after turning about the end effector by right angles, counter-clockwise; columns are squares."""
+        x, y, z = self.cells.T
+        for _ in range(quarters % 4):
+            x, y = -y, x
+        cells = np.stack([x, y, z], axis=-1)
+        return Mask(cells[np.lexsort((z, y, x))], self.yaw_rad + quarters * 0.5 * math.pi)
+
     def turned(self, angle_rad: float, spec: GridSpec, samples: int = 3) -> Mask:
         """The mask after turning about the end effector by the angle.
 

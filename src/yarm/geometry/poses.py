@@ -133,3 +133,25 @@ def transform_points(matrix: FloatArray, points: npt.ArrayLike) -> FloatArray:
     """Points (..., 3), metres, taken through a homogeneous matrix (4, 4)."""
     result: FloatArray = np.asarray(points, dtype=float) @ matrix[:3, :3].T + matrix[:3, 3]
     return result
+
+
+def quaternions_of(rotations: FloatArray) -> FloatArray:
+    """Quaternions (n, 4) x, y, z, w of rotation matrices (n, 3, 3)."""
+    m = rotations
+    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
+    # Each row of the symmetric 4 x 4 matrix is 4 q_i q; the one with the largest diagonal is the safest to take.
+    k = np.empty((len(m), 4, 4))
+    k[:, 0, 0] = 1 + 2 * m[:, 0, 0] - trace
+    k[:, 1, 1] = 1 + 2 * m[:, 1, 1] - trace
+    k[:, 2, 2] = 1 + 2 * m[:, 2, 2] - trace
+    k[:, 3, 3] = 1 + trace
+    k[:, 0, 1] = k[:, 1, 0] = m[:, 0, 1] + m[:, 1, 0]
+    k[:, 0, 2] = k[:, 2, 0] = m[:, 0, 2] + m[:, 2, 0]
+    k[:, 1, 2] = k[:, 2, 1] = m[:, 1, 2] + m[:, 2, 1]
+    k[:, 0, 3] = k[:, 3, 0] = m[:, 2, 1] - m[:, 1, 2]
+    k[:, 1, 3] = k[:, 3, 1] = m[:, 0, 2] - m[:, 2, 0]
+    k[:, 2, 3] = k[:, 3, 2] = m[:, 1, 0] - m[:, 0, 1]
+    best = np.argmax(np.diagonal(k, axis1=1, axis2=2), axis=1)
+    rows = k[np.arange(len(m)), best]
+    quaternions: FloatArray = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    return quaternions

@@ -173,6 +173,9 @@ def _joint_of(joint: ET.Element) -> Joint:
     if parent is None or child is None:
         raise UrdfError(f"joint {joint.get('name')}: needs a parent and a child")
     limits = {} if limit is None else limit.attrib
+    lower, upper = (float(limits.get(side, 0.0)) for side in ("lower", "upper"))
+    if not lower <= upper:
+        raise UrdfError(f"joint {joint.get('name')}: its limits {lower:g} to {upper:g} are reversed, or no numbers")
     direction = _numbers(None if axis is None else axis.get("xyz"), 3, default=(1.0, 0.0, 0.0))
     return Joint(
         name=joint.get("name", ""),
@@ -181,8 +184,8 @@ def _joint_of(joint: ET.Element) -> Joint:
         child=child.get("link", ""),
         T_parent_child=_origin_of(joint.find("origin")),
         axis=(direction[0], direction[1], direction[2]),
-        lower=float(limits.get("lower", 0.0)),
-        upper=float(limits.get("upper", 0.0)),
+        lower=lower,
+        upper=upper,
         velocity=float(limits.get("velocity", 0.0)),
         effort=float(limits.get("effort", 0.0)),
     )

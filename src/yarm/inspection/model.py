@@ -97,6 +97,11 @@ BLANK, UNKNOWN, UNSEEN = 0, -1, -2
 """Tag numbers that are none: an empty face, a picture that is no tag, a face that was not seen well enough."""
 
 
+def reading_words(tag: int) -> str:
+    """What was read, in one word: a tag's number, blank, unknown, none."""
+    return {BLANK: "blank", UNKNOWN: "unknown", UNSEEN: "none"}.get(tag, str(tag))
+
+
 @dataclass(frozen=True)
 class Reading:
     """What looking at a box has told so far.

@@ -11,6 +11,7 @@ from yarm.inspection.boxes import Box
 from yarm.inspection.model import OURS, PRINTED, UNSEEN, Reading
 from yarm.inspection.reading import face_view, predicted_deg, reading_of, stands
 from yarm.tags.evidence import ACCEPTING, BoxEvidence, TagVerdict
+from yarm.tags.features import DETECTOR
 from yarm.tags.motifs import GreyImage
 from yarm.tags.printed import printed_verdict, row_of
 from yarm.tags.recogniser import Look, Recogniser
@@ -147,11 +148,26 @@ class PrintedReader(ReportReader):
 
 
 def make_reader(
-    controller: str, boxes: Sequence[Box], tags: Mapping[int, GreyImage], sure: float = ACCEPTING
+    controller: str,
+    boxes: Sequence[Box],
+    tags: Mapping[int, GreyImage],
+    sure: float = ACCEPTING,
+    detector: str = DETECTOR,
 ) -> Reader:
-    """The reader that goes with a controller; ours ends a look at the probability ``sure``."""
+    """The reader that goes with a controller.
+
+    Args:
+        controller: whose round is driven.
+        boxes: known boxes.
+        tags: their pictures, by number.
+        sure: probability at which ours ends a look.
+        detector: whose features the report's match.
+
+    Raises:
+        DetectorError: the installed OpenCV does not have this detector.
+    """
     if controller == OURS:
         return OurReader(boxes, Recogniser(tags), sure)
     if controller == PRINTED:
-        return PrintedReader(boxes, ReportRecogniser(tags, crop=False))
-    return ReportReader(boxes, ReportRecogniser(tags))
+        return PrintedReader(boxes, ReportRecogniser(tags, detector, crop=False))
+    return ReportReader(boxes, ReportRecogniser(tags, detector))

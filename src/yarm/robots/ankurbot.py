@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import List, Tuple
+from typing import List, Mapping, Optional, Tuple
 
 import numpy as np
 
-from yarm.geometry import BoolArray, FloatArray, GridSpec, Mask, wrap_angle
+from yarm.geometry import BoolArray, FloatArray, GridSpec, Mask, transform_matrix, wrap_angle
 
 TOUCH_M = 1e-9
 """A solid that enters a cell by less, metres, only touches it."""
@@ -47,6 +47,10 @@ HAND_LIFTS_KG = 1.8
 """The heaviest piece that a hand's lift raises (20 N, the cup too), kg; a heavier one holds it down."""
 HAND_STROKE_M = 0.20
 """How far a hand's lift goes down from drawn up, metres."""
+HAND_EE_HEIGHT_M = 0.97
+"""End effector of a robot with a hand over the floor, metres."""
+LIFT_LINKS: Mapping[str, float] = {"hand": -0.075, "stage": 0.0}
+"""Links of a hand that its lift moves: how far over the end effector each is when drawn up, metres."""
 BODY_RADIUS_M = 0.35
 WHEEL_RADIUS_M = 0.05
 HALF_WHEEL_BASE_M = 0.15
@@ -69,6 +73,16 @@ ANKURBOT_BEAMS: Tuple[Beam, ...] = (
     Beam((-ARM_REACH_M, 0.0), (-0.04, 0.04), (0.85, 0.93)),
 )
 """Mast and arm of the mobile robot."""
+
+
+def drawn_up(robot: str, frame: str) -> Optional[FloatArray]:
+    """Where a frame of a robot's hand is in its end effector's, (4, 4), metres, drawn up; None for any other frame.
+
+    A robot drives with its hand drawn up: that is its shape for whoever plans and watches its ways.
+    """
+    link = frame.lstrip("/")[len(robot) + 1 :] if frame.lstrip("/").startswith(f"{robot}/") else ""
+    height_m = LIFT_LINKS.get(link)
+    return None if height_m is None else transform_matrix((0.0, 0.0, height_m), (0.0, 0.0, 0.0, 1.0))
 
 
 @lru_cache(maxsize=256)

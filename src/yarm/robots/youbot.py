@@ -17,6 +17,7 @@ import numpy.typing as npt
 from yarm.geometry import FloatArray
 
 N_JOINTS = 5
+NAME = "youbot"
 Joints = Tuple[float, float, float, float, float]
 """Mechanical angles of joints 1 to 5, rad."""
 JOINT_NAMES = tuple(f"arm_joint_{number}" for number in range(1, N_JOINTS + 1))

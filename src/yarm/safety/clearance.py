@@ -21,6 +21,32 @@ PASSED_M = 0.1
 """A pose that a robot goes by is behind it once the robot has been so near: it passes corners within 0.04 m."""
 
 
+@dataclass(frozen=True)
+class Disc:
+    """Where somebody may be: on the floor, within a radius that grows with time.
+
+    Attributes:
+        x: of its middle, metres, world.
+        y: likewise.
+        radius_m: at the beginning.
+        top_m: height of who it is.
+        speed_mps: by which the radius grows.
+    """
+
+    x: float
+    y: float
+    radius_m: float
+    top_m: float
+    speed_mps: float
+
+    def distance(self, points: FloatArray, after_s: float) -> float:
+        """Least distance of points (n, 3), metres, world, to whoever may be in it after a time; negative inside."""
+        beside = np.hypot(points[:, 0] - self.x, points[:, 1] - self.y) - self.radius_m - self.speed_mps * after_s
+        above = points[:, 2] - self.top_m
+        apart = np.where(above > 0.0, np.hypot(np.maximum(beside, 0.0), above), beside)
+        return float(apart.min())
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """Something that must not be touched.
@@ -30,7 +56,8 @@ class Body:
         solids: in the world frame.
         boxes: (n, 6) further boxes, lower and upper corner, metres, world (occupied cells).
         velocity_mps: how the boxes move, world; (0, 0): they stand.
-        age_s: how long ago the boxes were there.
+        age_s: how long ago the boxes, or the disc, were there.
+        disc: where it may be besides, when it moves by itself.
     """
 
     name: str
@@ -38,6 +65,7 @@ class Body:
     boxes: Optional[FloatArray] = None
     velocity_mps: Tuple[float, float] = (0.0, 0.0)
     age_s: float = 0.0
+    disc: Optional[Disc] = None
 
 
 @dataclass(frozen=True)
@@ -159,7 +187,8 @@ def room_ahead(
 ) -> Ahead:
     """Least distance of a robot to any body at the poses ahead.
 
-    A body that moves is looked at twice, as if it stood and as it moves: whoever walks may stop, or turn.
+    A body that moves is looked at twice, as if it stood and as it moves: whoever walks may stop, or turn. One
+    with a disc may be anywhere in it.
 
     Args:
         points: (n, 3) on its surface, in the end effector's frame, metres.
@@ -180,6 +209,8 @@ def room_ahead(
             passed_s = body.age_s + np.array([0.0, *(each.after_s for each in passed)])
             ways = passed_s[:, None] * np.array([[*body.velocity_mps, 0.0]])
             rooms.append(_room(now - ways[0], ahead - ways[1:, None], body, limit_m))
+        if body.disc is not None:
+            rooms.append(_room_beside(body.disc, body.age_s, now, ahead, passed, limit_m))
         least = min(room for room, _ in rooms)
         if any(closing for _, closing in rooms):
             return Ahead(least, body.name, True)
@@ -200,6 +231,15 @@ def _room(now: FloatArray, ahead: FloatArray, body: Body, limit_m: float) -> Tup
         return least, True
     deeper = before <= 0.0 and max(_inside(points, body) for points in ahead) > _inside(now, body)
     return least, deeper
+
+
+def _room_beside(
+    disc: Disc, age_s: float, now: FloatArray, ahead: FloatArray, passed: Sequence[Passing], limit_m: float
+) -> Tuple[float, bool]:
+    """The same for somebody who may walk any way: nearer than he may be already is closing in, by whomever."""
+    before = disc.distance(now, age_s)
+    least = min(disc.distance(points, age_s + each.after_s) for points, each in zip(ahead, passed))
+    return least, least < limit_m and least < before - 1e-3
 
 
 def _inside(points: FloatArray, body: Body) -> int:

@@ -7,8 +7,8 @@ from typing import List, Mapping, Sequence, Tuple
 
 import numpy as np
 
-from yarm.geometry import CellMap, FloatArray, transform_matrix
-from yarm.geometry.solids import Solid, surface_points
+from yarm.geometry import CellMap, FloatArray, MappedObject, transform_matrix
+from yarm.geometry.solids import Shape, Solid, surface_points
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,15 @@ def loads_of(cell_map: CellMap, solids: Mapping[str, Sequence[Tuple[str, Solid]]
         held = found.carried
         if held is not None:
             T_ee_piece = transform_matrix(held.position_m, held.quaternion)
-            own = [solid.seen_from(T_ee_piece) for _, solid in solids.get(name, ())]
+            own = [solid.seen_from(T_ee_piece) for _, solid in solids.get(name, _as_seen(found))]
             loads.append(Load(name, held.robot, surface_points(own, spacing_m)))
     return loads
+
+
+def _as_seen(found: MappedObject) -> Sequence[Tuple[str, Solid]]:
+    """The box that is seen of a piece that nobody registered, in its frame; none of anything else."""
+    size_m = found.size_m
+    return () if size_m is None else ((found.name, Solid(Shape.BOX, size_m, np.eye(4))),)
 
 
 def with_loads(robot: str, points: FloatArray, loads: Sequence[Load]) -> FloatArray:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Deque, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from yarm.geometry import FloatArray, Pose2, wrap_angle
-from yarm.safety.clearance import Ahead, Body, Foresight, Motion, coasting, room_ahead
+from yarm.safety.clearance import Ahead, Body, Foresight, Motion, coasting, placed, room_ahead
 from yarm.safety.params import SafetyParams
+from yarm.safety.people import NOBODY, Apart, separation
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +45,14 @@ class Verdict:
         held: it is to stand still.
         stop_now: it has just been stopped: cancel its goals.
         reason: why it was stopped; empty when it is not held.
+        apart: from whoever moves by himself.
     """
 
     ahead: Ahead
     held: bool
     stop_now: bool
     reason: str
+    apart: Apart = NOBODY
 
 
 @dataclass
@@ -89,7 +92,15 @@ class Monitor:
         for name in set(self._history) - set(robots):
             self._history.pop(name)
             self._holds.pop(name, None)
-        return {name: self._judge(now_s, name, seen, bodies[name]) for name, seen in sorted(robots.items())}
+        verdicts = {name: self._judge(now_s, name, seen, bodies[name]) for name, seen in sorted(robots.items())}
+        return {name: replace(v, apart=self._apart(name, robots[name], bodies[name])) for name, v in verdicts.items()}
+
+    def _apart(self, name: str, seen: Seen, bodies: Sequence[Body]) -> Apart:
+        """From the person that is nearest to coming too near."""
+        motion = self._moved(name)
+        points = placed(seen.points, seen.pose, seen.height_m)
+        found = [separation(points, motion, body, self._sight, self._params.stop_clearance_m) for body in bodies]
+        return min((apart for apart in found if apart.who), key=lambda apart: apart.room_m, default=NOBODY)
 
     def _judge(self, now_s: float, name: str, seen: Seen, bodies: Sequence[Body]) -> Verdict:
         if seen.age_s > self._params.stale_s:
@@ -139,10 +150,15 @@ class Monitor:
         history.append((now_s, pose))
         while len(history) > 2 and now_s - history[1][0] >= self._params.window_s:
             history.popleft()
-        then_s, then = history[0]
-        passed = now_s - then_s
-        if passed <= 0.0:
+        return self._moved(name)
+
+    def _moved(self, name: str) -> Motion:
+        """Of a robot over the poses that are kept."""
+        history = self._history.get(name)
+        if not history or history[-1][0] <= history[0][0]:
             return Motion()
+        (then_s, then), (now_s, pose) = history[0], history[-1]
+        passed = now_s - then_s
         return Motion(
             (pose.x - then.x) / passed, (pose.y - then.y) / passed, wrap_angle(pose.yaw_rad - then.yaw_rad) / passed
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from yarm.params import param
+from yarm.safety.people import Walking
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,16 @@ class SafetyParams:
     still_mps: float = param(0.03, "m/s", "below this a robot stands still", 0.001, 1.0)
     window_s: float = param(0.06, "s", "motion is measured over this time", 0.01, 1.0)
     mover_mps: float = param(
-        0.3, "m/s", "what nobody registered and moves slower by the maps counts as standing", 0.05, 2.0
+        Walking.slowest_mps, "m/s", "what nobody registered and moves slower counts as standing", 0.05, 2.0
     )
+    person_mps: float = param(
+        Walking.unwatched_mps,
+        "m/s",
+        "what nobody registered moves so fast, any way, when it is first seen (ISO 13855)",
+        0.0,
+        5.0,
+    )
+    watched_s: float = param(Walking.watched_s, "s", "followed for so long, its measured speed alone counts", 0.0, 10.0)
     stale_s: float = param(0.3, "s", "a robot whose pose on /tf is older is held: it cannot be watched", 0.05, 10.0)
 
 

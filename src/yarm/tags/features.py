@@ -18,6 +18,8 @@ from yarm.geometry import FloatArray, IntArray
 from yarm.tags.motifs import GreyImage
 
 Descriptors = npt.NDArray[Any]
+DETECTOR = "sift"
+"""Whose features are matched unless another is asked for; ours was fitted with it and takes no other."""
 HESSIAN_THRESHOLD = 300.0
 """Of SURF, as in the report."""
 ORB_FEATURES = 1500
@@ -53,17 +55,24 @@ def available_detectors() -> Tuple[str, ...]:
     return tuple([*names, "surf"] if _surf() is not None else names)
 
 
+def detector_fault(name: str) -> str:
+    """Why ``Detector`` does not take a name with the installed OpenCV; empty when it does."""
+    known = available_detectors()
+    return "" if name in known else f"the installed OpenCV has {', '.join(known)}"
+
+
 class Detector:
     """Finds and matches features; one instance may be used for any number of images, by one thread at a time."""
 
-    def __init__(self, name: str = "sift") -> None:
+    def __init__(self, name: str = DETECTOR) -> None:
         """Make a detector.
 
         Raises:
             DetectorError: no such detector here.
         """
-        if name not in available_detectors():
-            raise DetectorError(f"detector {name!r}: the installed OpenCV has {', '.join(available_detectors())}")
+        fault = detector_fault(name)
+        if fault:
+            raise DetectorError(f"detector {name!r}: {fault}")
         makers: Dict[str, Any] = {
             "sift": cv2.SIFT_create,
             "orb": lambda: cv2.ORB_create(ORB_FEATURES),

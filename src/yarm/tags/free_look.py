@@ -17,7 +17,7 @@ from yarm.params import param
 from yarm.tags.alignment import Reference, fits, flattened, reference_of
 from yarm.tags.calibration import Calibration, Measures, load_calibration, probabilities
 from yarm.tags.face_view import MARGIN_PX, UPRIGHT_PX, Upright
-from yarm.tags.features import Detector, Features, available_detectors
+from yarm.tags.features import DETECTOR, Detector, Features, detector_fault
 from yarm.tags.motifs import GreyImage
 from yarm.tags.quads import area, is_tangled, mapped_corners
 from yarm.tags.recogniser import texture_of
@@ -32,7 +32,7 @@ WIDEST_PX = 400
 class FreeSettings:
     """How a picture is searched."""
 
-    detector: str = param("sift", "", "whose features are matched: sift, orb, akaze; surf where the build has it")
+    detector: str = param(DETECTOR, "", "whose features are matched: sift, orb, akaze; surf where the build has it")
     ratio: float = param(0.77, "", "a match is good when nearest < ratio x second nearest", low=0.1, high=1.0)
     min_inliers: int = param(12, "", "matches that agree on a homography, at least", low=4, high=10000)
     ransac_px: float = param(3.0, "px", "a match agrees when it is this near", low=0.1, high=50.0)
@@ -41,9 +41,8 @@ class FreeSettings:
     @property
     def faults(self) -> Tuple[str, ...]:
         """What no range of a single parameter tells."""
-        if self.detector in available_detectors():
-            return ()
-        return (f"detector = {self.detector!r}: the installed OpenCV has {', '.join(available_detectors())}",)
+        fault = detector_fault(self.detector)
+        return (f"detector = {self.detector!r}: {fault}",) if fault else ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ All are drawn by ``yarm.tags.motifs`` from seeds, so that they are free of right
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Dict, List, Mapping, Tuple
@@ -186,7 +187,7 @@ def read_picture(path: Path) -> GreyImage:
     Raises:
         PictureError: no such file, no picture, in colour, or too small.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):  # Path.is_file() raises where a name is too long to be one
         raise PictureError(f"{path}: no such file; a tag needs a picture")
     image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype != np.uint8:

@@ -11,6 +11,7 @@ from typing import Dict, List, Mapping, Optional, Sequence
 import numpy as np
 
 from yarm.geometry import FloatArray
+from yarm.tags.features import DETECTOR
 from yarm.tags.motifs import GreyImage
 from yarm.tags.report import FOUND, LEAST_AREA_PX2, LEAST_SIGHTINGS, MOST_MINOR_VOTES, UNSET, ReportRecogniser, Sighting
 
@@ -83,17 +84,17 @@ def printed_rejection(sighting: Sighting) -> str:
 
 
 def map_text(images: Sequence[Sequence[Row]]) -> str:
-    """``MapText.txt``: a line of 25 numbers for each row of an image that is kept, and CONNECTOR after each image."""
-    lines = []
-    for rows in images:
-        lines += [_line(row) for row in rows if is_kept(row)]
-        lines.append(CONNECTOR)
-    return "".join(f"{line}\n" for line in lines)
+    """``MapText.txt``: a line of 25 numbers for each row of an image that counts, and CONNECTOR after each image.
+
+    Args:
+        images: the rows of each image that count, by whichever rule the round votes.
+    """
+    return "".join(laser_text(rows) + f"{CONNECTOR}\n" for rows in images)
 
 
 def laser_text(rows: Sequence[Row]) -> str:
-    """``LaserText.txt``: a line of 25 numbers for each kept row of the boxes without a verdict."""
-    return "".join(f"{_line(row)}\n" for row in rows if is_kept(row))
+    """``LaserText.txt``: a line of 25 numbers for each row that counts, of the boxes without a verdict."""
+    return "".join(f"{_line(row)}\n" for row in rows)
 
 
 def _line(row: Row) -> str:
@@ -103,7 +104,7 @@ def _line(row: Row) -> str:
 class PrintedRecogniser:
     """The printed program: grey, no crop."""
 
-    def __init__(self, tags: Mapping[int, GreyImage], detector: str = "sift") -> None:
+    def __init__(self, tags: Mapping[int, GreyImage], detector: str = DETECTOR) -> None:
         """Find the tags' features.
 
         Raises:

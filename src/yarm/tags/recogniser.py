@@ -17,7 +17,7 @@ from yarm.tags.alignment import Fit, FloatImage, best_first, fits, flattened, re
 from yarm.tags.calibration import Calibration, Measures, load_calibration, probabilities
 from yarm.tags.elsewhere import FRAME_PX, Found, find_anywhere, pose_from_homography
 from yarm.tags.face_view import MARGIN_PX, FaceView, Upright, outline_support, upright
-from yarm.tags.features import Detector
+from yarm.tags.features import DETECTOR, Detector
 from yarm.tags.motifs import GreyImage
 from yarm.tags.report import as_grey
 
@@ -98,7 +98,7 @@ class Recogniser:
         """
         if not tags or min(tags) < 1:
             raise ValueError(f"tags {sorted(tags)}: expected at least one, numbered from 1")
-        self._detector = Detector("sift")
+        self._detector = Detector(DETECTOR)
         self._calibration = calibration or load_calibration()
         self._references = {number: reference_of(picture, self._detector) for number, picture in tags.items()}
 

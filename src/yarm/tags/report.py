@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from yarm.geometry import FloatArray
-from yarm.tags.features import Detector, Features
+from yarm.tags.features import DETECTOR, Detector, Features
 from yarm.tags.motifs import GreyImage
 from yarm.tags.quads import angles_deg, area, bottom_left_angle_deg, effective_area, is_tangled, mapped_corners
 
@@ -141,7 +141,7 @@ def predicted_angle_deg(viewpoint_deg: float, heading_deg: float = 0.0) -> float
 class ReportRecogniser:
     """The tags' features, found once, and what is made of an image with them."""
 
-    def __init__(self, tags: Mapping[int, GreyImage], detector: str = "sift", crop: bool = True) -> None:
+    def __init__(self, tags: Mapping[int, GreyImage], detector: str = DETECTOR, crop: bool = True) -> None:
         """Find the tags' features.
 
         Raises:

@@ -25,13 +25,13 @@ std::string percent(const std::map<std::string, Mean>& by_object) {
 
 /// Runs one variant over all sequences and prints its lines of the table.
 Row scoreVariant(const std::string& title, const std::string& associator,
-                 const std::function<Sequence(Sequence)>& change, double pose_error_m = 0.0) {
+                 const std::function<Sequence(Sequence)>& change, const Errors& errors = {}) {
   std::map<std::string, Mean> apart;
   std::map<std::string, Mean> contact;
   Row row;
   std::uint64_t seed = 100;
   for (const Sequence& sequence : scoredSequences()) {
-    AssociationRun run(associator, seed++, pose_error_m);
+    AssociationRun run(associator, seed++, errors);
     const Score score = run.run(change ? change(sequence) : sequence);
     std::printf("| %-22s | %-20s | %8s | %8s |\n", title.c_str(), sequence.name.c_str(), percent(score.apart).c_str(),
                 percent(score.contact).c_str());
@@ -67,10 +67,17 @@ TEST(Association, IsRightApartAndInContact) {
 }
 
 TEST(Association, BearsPosesThatAreOff) {
-  const Row row = scoreVariant("yarm, poses off 5 mm", "yarm", {}, 0.005);
+  const Row row = scoreVariant("yarm, poses off 5 mm", "yarm", {}, Errors::ofPoses(0.005));
   EXPECT_GE(row.apart.value(), 0.98);
   EXPECT_GE(row.contact.value(), 0.90);
   EXPECT_LE(row.longest_phantom, 1);
+}
+
+TEST(Association, LearnsRobotsWithoutShapes) {
+  const Row row = scoreVariant("yarm, robots undrawn", "yarm", [](Sequence s) { return withoutRobotShapes(s); });
+  EXPECT_GE(row.apart.value(), 0.97);
+  EXPECT_GE(row.contact.value(), 0.92);
+  EXPECT_LE(row.longest_gap, 1);
 }
 
 TEST(Association, WorksWithoutTheShapesOfMovingBodies) {

@@ -189,5 +189,47 @@ TEST(AbsentCameras, NoiseInTheirLastSetIsNotKept) {
   }
 }
 
+/// Shows scenes to a chain, told as they are; the cells of all unknown things after the last of some sets.
+int unknownAfter(Cell& cell, const Scene& scene, int sets) {
+  for (int set = 0; set < sets; ++set) {
+    cell.step(scene, scene, scene.knowledge(), false);
+  }
+  return cell.unknownCells();
+}
+
+TEST(HiddenThings, StayOnTheMapUntilTheirPlaceIsSeenToBeFree) {
+  const Scene empty = standardCell(1, 0);
+  Cell cell(7);
+  for (int set = 0; set < 5; ++set) {
+    cell.step(empty, empty, empty.knowledge(), true);
+  }
+  Scene box = empty;
+  addBox(box, "box", {0.3, 0.3, 0.4}, {1.2, 0.0, 0.2}, false);
+  const int seen = unknownAfter(cell, box, 5);
+  ASSERT_GT(seen, 0);
+  Scene hood = box;
+  addBox(hood, "hood", {0.6, 0.6, 0.8}, {1.2, 0.0, 0.4}, true);
+  for (int set = 0; set < 60; ++set) {
+    EXPECT_GT(2 * unknownAfter(cell, hood, 1), seen) << set;
+  }
+  EXPECT_GT(unknownAfter(cell, box, 1), 0) << "it shows again, in every set";
+  unknownAfter(cell, hood, 10);
+  EXPECT_EQ(unknownAfter(cell, empty, 3), 0) << "hood and box are gone";
+}
+
+TEST(HiddenThings, WhatIsRegisteredAfterAllIsUnknownNoMore) {
+  const Scene empty = standardCell(1, 0);
+  Cell cell(8);
+  for (int set = 0; set < 5; ++set) {
+    cell.step(empty, empty, empty.knowledge(), true);
+  }
+  Scene box = empty;
+  addBox(box, "box", {0.3, 0.3, 0.4}, {1.2, 0.0, 0.2}, false);
+  ASSERT_GT(unknownAfter(cell, box, 5), 0);
+  Scene told = empty;
+  addBox(told, "box", {0.3, 0.3, 0.4}, {1.2, 0.0, 0.2}, true);
+  EXPECT_EQ(unknownAfter(cell, told, 3), 0);
+}
+
 }  // namespace
 }  // namespace yarm::test

@@ -156,7 +156,8 @@ TEST(Visibility, EightPixelsAtATimeSayTheSameAsOne) {
   std::array<pc::CellVotes, 2> votes;
   for (const bool scalar : {false, true}) {
     std::vector<float> clear;
-    pc::clearDepths(cloud, pc::makeCropSetup(merge, cloud.T_world_camera), merge, {}, 0.01F, clear, scalar);
+    pc::clearDepths(cloud, pc::makeCropSetup(merge, cloud.T_world_camera), merge, {}, 0.01F, {0, cloud.height}, clear,
+                    scalar);
     pc::CellVotes& mine = votes[scalar ? 1 : 0];
     mine.through.assign(pc::GridSpec{}.count(), 0);
     mine.behind = mine.through;
@@ -165,6 +166,46 @@ TEST(Visibility, EightPixelsAtATimeSayTheSameAsOne) {
   EXPECT_EQ(votes[0].through, votes[1].through);
   EXPECT_EQ(votes[0].behind, votes[1].behind);
   EXPECT_GT(std::count(votes[0].through.begin(), votes[0].through.end(), 4), 30000);
+}
+
+/// One camera's votes on a grid; the first cloud of a factory.
+pc::CellVotes votesOn(const pc::GridSpec& grid, const pc::CameraCloud& cloud) {
+  const pc::MergeParams merge;
+  const pc::CellViews views(grid, *pc::fitPinhole(cloud), cloud.T_world_camera);
+  std::vector<float> clear;
+  pc::clearDepths(cloud, pc::makeCropSetup(merge, cloud.T_world_camera), merge, {}, 0.01F, views.rows(), clear);
+  pc::CellVotes votes;
+  votes.through.assign(grid.count(), 0);
+  votes.behind = votes.through;
+  views.vote(clear, 1, votes);
+  return votes;
+}
+
+TEST(Visibility, ACellHasTheSameVoteWhateverCellsItIsLookedAtWith) {
+  SceneFactory factory(6);
+  factory.render(standardCell(2, 2));
+  const pc::CameraCloud cloud = factory.clouds(1).front();
+  const pc::GridSpec whole;
+  pc::GridSpec shifted;  // its blocks begin one cell further along each axis, and its last ones are cut
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    shifted.min[a] += whole.resolution(axis);
+    shifted.size[a] -= 1;
+  }
+  const pc::CellVotes all = votesOn(whole, cloud);
+  const pc::CellVotes some = votesOn(shifted, cloud);
+  int others = 0;
+  std::array<int, 3> counts{};
+  for (std::size_t i = 0; i < shifted.count(); ++i) {
+    const Eigen::Vector3d p = shifted.centre(shifted.cellOf(static_cast<int>(i)));
+    const auto same = static_cast<std::size_t>(whole.indexOf(p.x(), p.y(), p.z()));
+    others += all.through[same] != some.through[i] || all.behind[same] != some.behind[i] ? 1 : 0;
+    ++counts[some.through[i] != 0 ? 0 : (some.behind[i] != 0 ? 1 : 2)];
+  }
+  EXPECT_LE(others, 3);  // a corner's rounding may move its pixel
+  EXPECT_GT(counts[0], 30000);
+  EXPECT_GT(counts[1], 5000);
+  EXPECT_GT(counts[2], 500);
 }
 
 TEST(Visibility, AThingTakenAwayIsFreeInTheNextSetAndWhatNobodySeesAges) {

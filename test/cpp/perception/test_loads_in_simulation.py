@@ -9,14 +9,20 @@ import pytest
 
 from support.perception_chain import ChainMap
 from support.simulated_cell import SimulatedCell
+from yarm.geometry import FloatArray
 from yarm.robots.ankurbot import ARM_REACH_M
-from yarm.sim.engine.bodies import description, link_names
+from yarm.sim.engine.bodies import link_names
 from yarm.sim.robots.hand import SuctionHand
+from yarm.sim.scenes.bodies import description
 
 ROBOT, PIECE = "ankurbot_1", "debris_1"
 PLACE = (-0.12, 0.10)
 """Where the scene drops its piece, metres."""
 CALIBRATION_SETS, PICK_SETS, CARRY_SETS, FALL_SETS = 5, 60, 25, 30
+LOWERED_M, EVERY = 0.08, 3
+"""A hand farther down than this is a cell lower, metres; it is looked at in every so many-th set."""
+CUP_MIDDLE_M = 0.015
+"""The middle of the cup over its face, metres."""
 WEAK_N = 2.0
 """A cup that holds less than the piece weighs (2.9 N): it is taken, and torn off as the hand goes up."""
 
@@ -40,8 +46,13 @@ def cells_of(chain_map: ChainMap, name: str) -> Set[Tuple[int, ...]]:
 
 def cells_around(cell: SimulatedCell) -> Set[Tuple[int, ...]]:
     """Cell of the piece's middle on the usual grid."""
+    return {cell_at(cell.world.transforms()[PIECE][:3, 3])}
+
+
+def cell_at(point: FloatArray) -> Tuple[int, ...]:
+    """Cell of a point (3,), metres, world, on the usual grid."""
     low, size = np.array([-2.5, -2.5, 0.01]), np.array([0.1, 0.1, 1.29 / 20])
-    return {tuple(((cell.world.transforms()[PIECE][:3, 3] - low) / size).astype(int).tolist())}
+    return tuple(((point - low) / size).astype(int).tolist())
 
 
 def pick(cell: SimulatedCell, hand: SuctionHand) -> ChainMap:
@@ -85,6 +96,24 @@ def test_a_piece_is_the_robots_from_grasp_to_release(cell: SimulatedCell) -> Non
     hand.off()
     for _ in range(FALL_SETS):
         check_debris(cell, cell.next_set(calibrating=False))
+
+
+def test_a_hand_that_is_down_is_seen_where_it_is_and_is_its_robots(cell: SimulatedCell) -> None:
+    """On the way down, on the piece, and on the way up; never something that nobody knows."""
+    hand = cell.world.hands[ROBOT]
+    down = []
+    hand.on()
+    hand.lift_to(hand.stroke_m)
+    for number in range(PICK_SETS):
+        if hand.grasping:
+            hand.lift_to(0.0)
+        found = cell.next_set(calibrating=False)
+        assert set(found.cells) <= set(cell.world.bodies), "nothing but what is there"
+        if hand.lift_m > LOWERED_M and number % EVERY == 0:
+            down.append(hand.lift_m)
+            cup = cell.world.transforms()[f"{ROBOT}/hand"]
+            assert cell_at(cup[:3, 3] + (0.0, 0.0, CUP_MIDDLE_M)) in cells_of(found, ROBOT)
+    assert len(down) > 3 and not hand.lift_m > LOWERED_M, "it has been down, and is up again"
 
 
 def test_a_load_that_is_torn_off_is_debris_in_the_next_map(cell: SimulatedCell) -> None:

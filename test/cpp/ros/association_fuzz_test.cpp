@@ -1,48 +1,26 @@
 // Messages with absurd numbers (infinite, NaN, 1e300, zero, negative, quaternions of length 0) through the readers, the
-// association and the grid, under the sanitizers: refused with a reason or survived. The same numbers also straight
-// into the library, past the readers. association_fuzz_test [sets [seed]]
+// association, the grid and predict_new_state, under the sanitizers: refused with a reason or survived. The same
+// numbers also straight into the library, past the readers. association_fuzz_test [sets [seed]]
+#include "absurd.hpp"
 #include "yarm/perception/association.hpp"
 #include "yarm/perception/occupancy.hpp"
 #include "yarm/perception/solids.hpp"
 #include "yarm/ros/conversions.hpp"
+#include "yarm/ros/prediction.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <random>
 
 namespace {
 
+using yarm::test::Absurd;
 namespace pc = yarm::perception;
 
 std::uint64_t sets_to_try = 500;
 std::uint64_t first_seed = 1;
-
-/// Mostly sane numbers, and now and then one that is not.
-class Absurd {
- public:
-  explicit Absurd(std::uint64_t seed) : random_(seed) {}
-
-  double number(double low, double high) {
-    static constexpr double kInf = std::numeric_limits<double>::infinity();
-    static constexpr double kBad[] = {
-        kInf, -kInf, std::numeric_limits<double>::quiet_NaN(), 1e300, -1e300, 1e38, -1e12, 1e9, 1e5, 0.0, -1.0, 1e-300};
-    if (chance(rate_)) {
-      return kBad[random_() % std::size(kBad)];
-    }
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  bool chance(double share) { return std::uniform_real_distribution<double>(0.0, 1.0)(random_) < share; }
-  int below(int limit) { return static_cast<int>(random_() % static_cast<unsigned>(limit)); }
-  /// How often numbers are bad from now on.
-  void rate(double share) { rate_ = share; }
-
- private:
-  std::mt19937_64 random_;
-  double rate_ = 0.0;
-};
 
 geometry_msgs::Pose pose(Absurd& absurd) {
   geometry_msgs::Pose made;
@@ -130,6 +108,20 @@ pc::MergedSet merged(Absurd& absurd) {
   return set;
 }
 
+/// Where the links of known objects are, as far as a reader takes the poses.
+pc::LinkPoses linkPoses(Absurd& absurd, const pc::Knowledge& known) {
+  pc::LinkPoses links;
+  for (const auto& [name, object] : known) {
+    for (const std::string& frame : object.link_frames) {
+      const auto read = yarm::readPose(pose(absurd));
+      if (read.ok()) {
+        links[frame] = read.value;
+      }
+    }
+  }
+  return links;
+}
+
 struct Chain {
   std::unique_ptr<pc::Associator> associator = pc::makeAssociator("yarm", {});
   std::unique_ptr<pc::Associator> original = pc::makeAssociator("original", {});
@@ -164,20 +156,51 @@ TEST(Association, survivesMessagesThatLie) {
         ASSERT_EQ(pc::solidFault(solid), "") << name;
       }
     }
-    pc::LinkPoses links;
-    for (const auto& [name, object] : known.value) {
-      for (const std::string& frame : object.link_frames) {
-        const auto read = yarm::readPose(pose(absurd));
-        if (read.ok()) {
-          links[frame] = read.value;
-        }
-      }
-    }
+    const pc::LinkPoses links = linkPoses(absurd, known.value);
     absurd.rate(0.0);
     chain.run(merged(absurd), placed.value, known.value, links, i % 20 < 5);
   }
   std::printf("%llu sets, something refused in %llu\n", static_cast<unsigned long long>(sets_to_try),
               static_cast<unsigned long long>(refused));
+  EXPECT_GT(refused, sets_to_try / 10);
+  EXPECT_LT(refused, sets_to_try);
+}
+
+// What a client of predict_new_state may ask: names that are no object, twice the same, poses that are none.
+TEST(Prediction, survivesQuestionsThatLie) {
+  Absurd absurd(first_seed + 2);
+  Chain chain;
+  std::uint64_t refused = 0;
+  std::uint64_t conflicts = 0;
+  for (std::uint64_t i = 0; i < sets_to_try; ++i) {
+    absurd.rate(0.0);
+    const auto known = yarm::readRegistry(registry(absurd));
+    const auto placed = yarm::readSeeds(seeds(absurd));
+    const pc::MergedSet set = merged(absurd);
+    const pc::LinkPoses links = linkPoses(absurd, known.value);
+    const pc::AssociatedSet& present =
+        chain.associator->associate({&set, &placed.value, &known.value, &links, i % 20 < 5});
+    absurd.rate(0.02);
+    yarm::PredictNewState::Request request;
+    yarm::PredictNewState::Response response;
+    for (int move = 0; move < absurd.below(4); ++move) {
+      request.names.push_back("thing_" + std::to_string(absurd.below(absurd.chance(0.1) ? 9 : 5)));
+      request.poses.push_back(pose(absurd));
+    }
+    if (absurd.chance(0.05)) {
+      request.poses.emplace_back();
+    }
+    yarm::answerPrediction(request, present, pc::GridSpec{}, absurd.number(0.001, 0.2), response);
+    const bool was_refused = response.message.rfind("refused: ", 0) == 0;
+    refused += was_refused ? 1U : 0U;
+    conflicts += response.cells.empty() ? 0U : 1U;
+    ASSERT_TRUE(response.collision || !was_refused) << response.message;
+    ASSERT_FALSE(response.message.empty());
+  }
+  std::printf("%llu questions, %llu refused, %llu with cells in conflict\n",
+              static_cast<unsigned long long>(sets_to_try), static_cast<unsigned long long>(refused),
+              static_cast<unsigned long long>(conflicts));
+  EXPECT_GT(conflicts, 0U);
   EXPECT_GT(refused, sets_to_try / 10);
   EXPECT_LT(refused, sets_to_try);
 }

@@ -31,13 +31,13 @@ from yarm.commander.memory import Memory
 from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
-from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, SeenPiece, quaternion_from_rpy, wrap_angle
 from yarm.planning.registry import make_planner
 from yarm.records import plain, read
 from yarm.robots import bin as bins
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
+from yarm.robots.shapes import PieceShape, RobotShape
 
 SPEC = GridSpec()
 PERIOD_S = 1.0 / 30.0
@@ -65,7 +65,7 @@ def box_cells(low, high):
 def _codes(cells):
     """One number for each cell (n, 3), also of those outside the grid."""
     x, y, z = np.asarray(cells, dtype=np.int64).T + 4096
-    return (x << 40) + (y << 20) + z
+    return frozenset(((x << 40) + (y << 20) + z).tolist())
 
 
 TABLE = box_cells((-0.45, -0.60, 0.0), (0.45, 0.60, 0.70))
@@ -84,9 +84,14 @@ class FakeRobot:
     holds: str = ""
     hand_s: float = 0.0
     passed: int = 0
+    coasts: SendGoal | None = None
+    coast_s: float = 0.0
 
     def step(self) -> bool:
         """Move for one period; true when the goal is reached."""
+        if self.coasts is not None:
+            self._coast()
+            return False
         if self.goal is None or self.goal.target is None or self.stuck:
             return False
         target = self.goal.via[self.passed] if self.passed < len(self.goal.via) else self.goal.target
@@ -103,16 +108,39 @@ class FakeRobot:
             return False
         return share >= 1.0
 
+    def _coast(self):
+        """On towards where it was sent, for a while after it was told to stop."""
+        target = self.coasts.via[self.passed] if self.passed < len(self.coasts.via) else self.coasts.target
+        way = math.hypot(target.x - self.x, target.y - self.y)
+        share = 0.0 if way < 1e-9 else min(1.0, SPEED_MPS * PERIOD_S / way)
+        self.x += share * (target.x - self.x)
+        self.y += share * (target.y - self.y)
+        self.coast_s -= PERIOD_S
+        if self.coast_s <= 0.0:
+            self.coasts = None
+
 
 @dataclass
 class FakeArm:
-    """A manipulator: a tip that stands still, and what it was told."""
+    """A manipulator: a tip that stands still, cells (n, 3) of its body if it has one, and what it was told."""
 
     tip: tuple = (-0.25, 0.0, 0.75)
     area: str = AREA
     state: SanderState = SanderState.STORAGE
     on: bool = False
     told: list = field(default_factory=list)
+    body: np.ndarray | None = None
+
+    @property
+    def cells(self):
+        """Where it is."""
+        points = [(*self.tip[:2], self.height_m), (*self.tip[:2], self.height_m + 0.05)]
+        return SPEC.cells_inside(points) if self.body is None else self.body
+
+    @property
+    def height_m(self):
+        """How high its tip is."""
+        return self.tip[2] if self.on else 1.2
 
 
 class FakeCell:
@@ -145,10 +173,13 @@ class FakeCell:
         self.said = []
         self.shown = []
         self.sent = []
+        self.cancelled = []
+        self.coast_s = 0.0
         self.association = []
         self.touches = []
         self._events = []
         self._registered = None
+        self._looked_at, self._taken = {}, {}
 
     def request(self, **fields):
         """Ask for a change of state."""
@@ -206,6 +237,7 @@ class FakeCell:
         if taken_up:
             self._do(self.commander.take_up(read(Memory, json.loads(written)), self.now))
         self._events += [Grasp(name, bool(robot.holds)) for name, robot in sorted(self.robots.items())]
+        self._events += [SanderChange(name, arm.state) for name, arm in sorted(self.arms.items())]
 
     def _new_commander(self):
         tools = Tools(make_planner(self._planner, self.params.planner_params), np.random.default_rng(self.params.seed))
@@ -216,15 +248,16 @@ class FakeCell:
         self.now += PERIOD_S
         self._register()
         for name, robot in self.robots.items():
-            if robot.goal is not None and name not in self.lost and robot.step():
+            moves = robot.goal is not None or robot.coasts is not None
+            if moves and name not in self.lost and robot.step():
                 self._arrive(name, robot)
             if robot.holds:
                 self.debris[robot.holds] = (robot.x, robot.y)
-            self._note_touch(name, robot)
+        self._note_touches()
         events, self._events = self._events, []
         for event in events:
             self._step(event)
-        self._step(Tick() if self.silent else MapUpdate(self.map()))
+        self._step(Tick() if self.silent else MapUpdate(self.map(), self.people()))
 
     def lose(self, name):
         """A robot's action server dies."""
@@ -237,6 +270,10 @@ class FakeCell:
         if name in self.robots:
             self.robots[name].goal = None
         self._events.append(ServerUpdate(name, True))
+
+    def people(self):
+        """What is followed that nobody registered."""
+        return ()
 
     def map(self):
         """The occupancy map of now."""
@@ -266,23 +303,32 @@ class FakeCell:
             inside = cells[SPEC.contains(cells)]
             objects[name] = MappedObject(name, "Mobile", 4, (robot.x, robot.y, 0.89), quaternion, inside)
         for name, arm in self.arms.items():
-            height = 1.2 if not arm.on else arm.tip[2]
-            cells = SPEC.cells_inside([(arm.tip[0], arm.tip[1], height), (arm.tip[0], arm.tip[1], height + 0.05)])
-            objects[name] = MappedObject(name, "Manipulator", 5, (*arm.tip[:2], height), (0, 0, 0, 1), cells)
+            place = (*arm.tip[:2], arm.height_m)
+            objects[name] = MappedObject(name, "Manipulator", 5, place, (0, 0, 0, 1), arm.cells)
         for thing in objects.values():
             grid[tuple(thing.cells.T)] += 1
         return CellMap(self.now, SPEC, np.minimum(grid, 2), objects)
 
-    def _note_touch(self, name, robot):
-        own = _codes(SHAPE.mask(SPEC, robot.yaw).at(SPEC.column_of((robot.x, robot.y))))
-        for other, taken in {**self.statics, **self.obstacles}.items():
-            if np.isin(own, _codes(taken)).any():
-                self.touches.append((self.now, name, other))
-        for other, second in self.robots.items():
-            if other > name:
-                taken = SHAPE.mask(SPEC, second.yaw).at(SPEC.column_of((second.x, second.y)))
-                if np.isin(own, _codes(taken)).any():
-                    self.touches.append((self.now, name, other))
+    def _note_touches(self):
+        """Who overlaps whom, when a robot has moved or something stands elsewhere."""
+        standing = {**self.statics, **self.obstacles}
+        standing.update({name: arm.body for name, arm in self.arms.items() if arm.body is not None})
+        seen = {name: (id(cells), len(cells)) for name, cells in standing.items()}
+        seen.update({name: (robot.x, robot.y, robot.yaw) for name, robot in self.robots.items()})
+        if seen == self._looked_at:
+            return
+        for name, cells in standing.items():
+            if seen[name] != self._looked_at.get(name):
+                self._taken[name] = _codes(cells)
+        self._looked_at = seen
+        own = {
+            name: _codes(SHAPE.mask(SPEC, robot.yaw).at(SPEC.column_of((robot.x, robot.y))))
+            for name, robot in self.robots.items()
+        }
+        for name, codes in own.items():
+            touched = [other for other in standing if not codes.isdisjoint(self._taken[other])]
+            touched += [other for other in own if other > name and not codes.isdisjoint(own[other])]
+            self.touches += [(self.now, name, other) for other in touched]
 
     def _register(self):
         kinds = dict.fromkeys(self.robots, "Mobile")
@@ -344,7 +390,10 @@ class FakeCell:
 
     def _cancel(self, action):
         robot = self.robots.get(action.robot)
+        self.cancelled.append((self.now, action.robot))
         if robot is not None and robot.goal is not None and robot.goal.serial == action.serial:
+            if self.coast_s > 0.0 and robot.goal.target is not None:
+                robot.coasts, robot.coast_s = robot.goal, self.coast_s
             self._end(action.robot, Outcome.PREEMPTED)
 
     def _arrive(self, name, robot):

@@ -150,6 +150,17 @@ def test_what_was_given_back_is_a_goal_again_once_it_has_moved():
     assert binned(cell) == {"debris_1": True}
 
 
+def test_what_was_given_back_is_a_goal_again_once_the_piece_beside_it_is_gone():
+    cell = cell_with([PIECE, (PIECE[0], PIECE[1] + 0.07)])
+    cell.leaky = {"ankurbot_1"}
+    until(cell, "unreachable")
+    cell.leaky = set()
+    assert outcome_of(cell).outcome == "succeeded"
+    assert binned(cell) == {"debris_1": True, "debris_2": True}
+    picks = [word for word in works(cell) if word.startswith("PICK")]
+    assert picks == ["PICK debris_1"] * 3 + ["PICK debris_2", "PICK debris_1"]
+
+
 def test_a_piece_that_is_moved_while_a_hand_is_on_its_way_to_it_is_followed():
     cell = cell_with()
     until(cell, "picking")

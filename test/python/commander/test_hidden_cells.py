@@ -11,6 +11,7 @@ from python.commander.fake_cell import SPEC, FakeCell
 from yarm.commander.params import CommanderParams
 from yarm.geometry import CellState, Visibility
 from yarm.geometry.cell_map import NO_HIDER
+from yarm.planning.tasks.unhiding import MOST_ASKED
 
 TARGET = (-1.95, 1.65)
 HIDDEN = np.s_[4:9, 38:46, 0:18]
@@ -22,6 +23,9 @@ class ShadyCell(FakeCell):
 
     hider = None
     tells = True
+    leaves_m = math.inf
+    """Way from its place after which the hider hides nothing any more."""
+    place = None
 
     def map(self):
         found = super().map()
@@ -29,10 +33,16 @@ class ShadyCell(FakeCell):
             return found
         states = np.where(found.grid > 0, CellState.OCCUPIED, CellState.FREE).astype(np.int8)
         hidden_by = np.zeros(SPEC.shape, dtype=np.uint32)
-        if self.hider is not None:
+        if self.hider is not None and not self.has_left():
             states[HIDDEN] = CellState.HIDDEN
             hidden_by[HIDDEN] = NO_HIDER if self.hider == "" else 1 << list(found.objects).index(self.hider)
         return replace(found, visibility=Visibility(states, hidden_by[states < CellState.FREE]))
+
+    def has_left(self):
+        if self.place is None or self.hider not in self.robots:
+            return False
+        robot = self.robots[self.hider]
+        return math.dist(self.place, (robot.x, robot.y)) > self.leaves_m
 
 
 def mission(hidden, **changes):
@@ -41,6 +51,7 @@ def mission(hidden, **changes):
     cell = ShadyCell(params, ankurbot_1=(0.65, 1.6, math.pi), ankurbot_2=(0.65, -1.9, math.pi))
     for name, value in changes.items():
         setattr(cell, name, value)
+    cell.place = (0.65, -1.9)
     cell.calibrate()
     cell.targets["target_1"] = TARGET
     assert cell.request(jump_state=5).success
@@ -72,6 +83,27 @@ def test_what_a_registered_robot_hides_is_driven_into_and_so_is_anything_when_hi
 def test_who_would_have_to_move_is_told():
     cell = mission("occupied", hider="ankurbot_2")
     cell.run(lambda: "hidden" in reasons(cell), 30.0)
+    assert "(behind ankurbot_2, which would have to move)" in reasons(cell)
+
+
+def test_an_idle_robot_that_hides_what_a_goal_needs_is_sent_aside_and_the_goal_is_reached():
+    cell = mission("occupied", hider="ankurbot_2", leaves_m=0.3)
+    cell.run(cell.idle, 90.0)
+    assert cell.status.outcome == "succeeded"
+    moved = math.dist(cell.place, (cell.robots["ankurbot_2"].x, cell.robots["ankurbot_2"].y))
+    assert moved > 0.3, "it was reached past the hider"
+
+
+def test_one_that_hides_it_wherever_it_goes_is_not_sent_round_for_ever():
+    cell = mission("occupied", hider="ankurbot_2")
+    sent = []
+    for _ in range(25):
+        cell.run_for(1.0)
+        robot = cell.robots["ankurbot_2"]
+        sent.append((round(robot.x, 2), round(robot.y, 2)))
+    places = [place for place, after in zip(sent, sent[1:]) if place == after]
+    assert len(dict.fromkeys(places)) <= MOST_ASKED + 1, places
+    assert len(set(sent[-8:])) == 1, sent
     assert "(behind ankurbot_2, which would have to move)" in reasons(cell)
 
 

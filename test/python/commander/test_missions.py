@@ -44,12 +44,32 @@ def moving(cell, name="ankurbot_1"):
     return lambda: cell.robots[name].goal is not None
 
 
+CORNER = {"targets": [(-2.35, -2.35)], "arm": False}
+"""A target that a robot which starts square to the walls reaches only askew."""
+
+
 @pytest.mark.parametrize(("turns_deg", "outcome"), [((0.0, 90.0, -90.0), "failed"), ((0.0, 45.0, -45.0), "succeeded")])
 def test_the_task_queue_and_the_planner_make_the_same_turns(turns_deg, outcome):
-    cell = cell_with(targets=[(-2.35, -2.35)], arm=False, params=CommanderParams(turns_deg=turns_deg, give_up_s=5.0))
+    params = CommanderParams(turns_deg=turns_deg, finer_turns_deg=(), give_up_s=5.0)
+    cell = cell_with(**CORNER, params=params)
     boundless(cell)
     assert outcome_of(cell).outcome == outcome
     assert (outcome == "succeeded") == (cell.targets == {})
+
+
+def test_robots_turn_finer_before_a_mission_is_given_up_and_as_ever_in_the_next():
+    cell = cell_with(**CORNER, params=CommanderParams(finer_after_s=3.0, give_up_s=8.0))
+    boundless(cell)
+    began_s = cell.now
+    assert outcome_of(cell).outcome == "succeeded"
+    assert cell.commander.cell.turns_finer and cell.targets == {}
+    assert [text for text in cell.said if "robots turn by 45, -45 deg, too (finer_turns_deg)" in text]
+    steps = [at_s for at_s, goal in cell.sent if at_s > began_s and goal.target is not None]
+    assert steps and min(steps) > began_s + 3.0
+    cell.targets["target_2"] = (1.0, -2.0)
+    assert cell.request(current_state=True).success
+    assert outcome_of(cell).outcome == "succeeded"
+    assert not cell.commander.cell.turns_finer
 
 
 def test_calibration_keeps_association_off_until_clouds_are_learnt():

@@ -11,10 +11,10 @@ from python.commander.fake_cell import SHAPE, SPEC
 from yarm.commander.answers import AnswerError, parse_answer
 from yarm.commander.events import CancelGoal, GoalDone, Outcome, Target
 from yarm.commander.goals import GoalBook, Purpose, remaining
-from yarm.commander.shapes import robot_shape
 from yarm.commander.supervision import distance_to_cells
 from yarm.geometry.solids import Shape, Solid
 from yarm.robots.ankurbot import ankurbot_mask
+from yarm.robots.shapes import robot_shape
 
 
 def test_answers():

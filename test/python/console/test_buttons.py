@@ -6,7 +6,7 @@ import pytest
 
 from yarm.commander.requests import Request, Situation, decide
 from yarm.commander.states import TABLE, State
-from yarm.console.buttons import buttons
+from yarm.console.buttons import REQUESTS, buttons
 
 SITUATIONS = [
     Situation(state, busy, succeeded) for state in State for busy in (False, True) for succeeded in (False, True)
@@ -33,6 +33,13 @@ def test_every_transition_of_a_state_has_one_button(state):
 def test_a_busy_mission_may_only_be_stopped():
     free = [button.label for button in buttons(Situation(State.BOUNDLESS, busy=True)) if not button.refusal]
     assert free == ["previous_state"]
+
+
+@pytest.mark.parametrize("now", SITUATIONS)
+def test_what_some_request_may_do_now_can_be_pressed(now):
+    verdicts = [decide(request, now) for request in REQUESTS]
+    allowed = {(row.transition.target.name, row.transition.does) for row in verdicts if not row.message}
+    assert {(button.target, button.does) for button in buttons(now) if not button.refusal} == allowed
 
 
 def test_a_calibration_that_failed_leads_nowhere_but_back():

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from yarm.console.film import Film, unpack
-from yarm.console.floor_film import CUP, HAND, PERIOD_S, ROBOT, FloorFilm, hand_way
+from yarm.console.floor_film import FloorFilm
+from yarm.console.reel import HAND, PERIOD_S, hand_way
 from yarm.console.results import FILM
 from yarm.console.wire import decode
 from yarm.geometry import quaternion_from_rpy, transform_matrix
@@ -16,8 +17,9 @@ from yarm.manipulation.clearing.reachability import T_BASE_ARM
 from yarm.manipulation.kinematics.forward import forward
 from yarm.manipulation.motion.trajectory import arm_limits, quintic
 from yarm.resources import resource
+from yarm.robots.youbot import NAME
 from yarm.sim.engine.youbot_floor import YoubotFloor
-from yarm.sim.scenes.youbot_floor import load_floor_scene
+from yarm.sim.scenes.youbot_floor import CUP_FRAME, load_floor_scene
 
 BEGIN = np.array([0.2, 0.4, 0.9, 0.9, 0.0])
 END = np.array([-0.4, 0.3, 1.1, 0.8, 0.3])
@@ -37,7 +39,7 @@ def taken(tmp_path):
             command = Command(np.array([0.2, 0.0, 0.0]), motion if tick == 0 else None)
             robot.tell(command)
             film(world, command)
-        film._next_s = 0.0
+        film.reel._next_s = 0.0
         film(world, Command())
         read = Film.read(film.write(tmp_path))
         assert (tmp_path / FILM).is_file()
@@ -50,15 +52,15 @@ def test_every_body_is_where_the_physics_has_it(taken):
     scene = next(header for header, _ in messages if header["kind"] == "scene")
     poses = dict(zip(scene["frames"], messages[-1][1]["poses"]))
     bodies = {body["name"]: scene["frames"][body["frame"]] for body in scene["bodies"]}
-    assert set(bodies) == {ROBOT, "bin", *(p.name for p in world.scene.debris), *(n for n, _ in world.scene.obstacles)}
+    assert set(bodies) == {NAME, "bin", *(p.name for p in world.scene.debris), *(n for n, _ in world.scene.obstacles)}
     base = world.robot.pose()
-    np.testing.assert_allclose(poses[bodies[ROBOT]][:2], (base.x, base.y), atol=1e-5)
+    np.testing.assert_allclose(poses[bodies[NAME]][:2], (base.x, base.y), atol=1e-5)
     for piece in world.scene.debris:
         found = poses[bodies[piece.name]]
         np.testing.assert_allclose(transform_matrix(found[:3], found[3:]), world.piece(piece.name), atol=1e-5)
     assert abs(base.x - world.scene.start.x) > 0.05, "it has driven"
-    shapes = [solid for solid in scene["solids"] if scene["bodies"][solid["body"]]["name"] == ROBOT]
-    assert {scene["frames"][solid["frame"]] for solid in shapes} >= {f"arm_link_{n}" for n in range(1, 6)} | {CUP}
+    shapes = [solid for solid in scene["solids"] if scene["bodies"][solid["body"]]["name"] == NAME]
+    assert {scene["frames"][solid["frame"]] for solid in shapes} >= {f"arm_link_{n}" for n in range(1, 6)} | {CUP_FRAME}
 
 
 def test_pictures_come_in_time_and_tell_the_arms_way(taken):
@@ -73,7 +75,7 @@ def test_pictures_come_in_time_and_tell_the_arms_way(taken):
     for line in header["lines"]:
         ways[line["layer"], line["name"]] = arrays["points"][first : first + line["count"]]
         first += line["count"]
-    assert set(ways) == {("driven", ROBOT), ("driven", HAND), ("path", HAND)}
+    assert set(ways) == {("driven", NAME), ("driven", HAND), ("path", HAND)}
     base = world.robot.pose()
     at = transform_matrix((base.x, base.y, 0.0), quaternion_from_rpy(0.0, 0.0, base.yaw_rad)) @ T_BASE_ARM
     np.testing.assert_allclose(ways["path", HAND][-1], (at @ forward(END))[:3, 3], atol=1e-5)

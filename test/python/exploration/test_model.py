@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import List
 
 import pytest
 
-from yarm.exploration.model import Observation
+from support.rooms import room
+from yarm.experiments.explore.runner import run_kinematic
+from yarm.exploration.model import Observation, Step
 from yarm.exploration.params import ExploreParams
-from yarm.exploration.registry import make_controller
+from yarm.exploration.registry import CONTROLLERS, make_controller
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Odometry
 
@@ -30,3 +33,23 @@ def test_an_unknown_controller_is_named() -> None:
 
 def test_near_speed_is_not_above_the_greatest() -> None:
     assert "near_speed = 0.4" in ExploreParams(near_speed=0.4).faults and not ExploreParams().faults
+
+
+@pytest.mark.parametrize("name", sorted(CONTROLLERS))
+def test_every_controller_notes_what_it_changes_over_to(name: str) -> None:
+    params = ExploreParams(controller=name, time_limit_s=12.0)
+    seen: List[str] = []
+
+    class Watched:
+        def __init__(self) -> None:
+            self._controller = make_controller(params, 1)
+
+        def step(self, observation: Observation) -> Step:
+            step = self._controller.step(observation)
+            seen.append(step.behaviour)
+            return step
+
+    record = run_kinematic(room(half_m=1.0), Watched(), 1, params)
+    changes = [b for a, b in zip(["", *seen], seen) if a != b]
+    noted = [dict(event.details)["name"] for event in record.events if event.kind == "behaviour"]
+    assert changes and noted == changes

@@ -16,6 +16,7 @@ from yarm.exploration.session import ALLOWED, Request, Session, State
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Odometry, Scan
 from yarm.navigation.grid_map import GridMap
+from yarm.navigation.path_check import PathVerdict
 from yarm.robots.turtlebot import Bumper, BumperEvent
 
 AHEAD = Command(0.2, 0.1)
@@ -86,8 +87,7 @@ class Run:
 def test_it_starts_by_itself_when_every_sensor_is_there():
     run = Run()
     waiting = run.go(2.0, map=None)
-    assert waiting.state is State.IDLE
-    assert "waits to start: pose: there is no map yet" in waiting.reason
+    assert waiting.state is State.IDLE and "waits to start: pose: there is no map yet" in waiting.reason
     assert waiting.command == Command()
     assert not run.made
     started = run.go()
@@ -408,15 +408,24 @@ def drive_off(run, x=2.5):
     run.controller.answer = Step(Command(), "stand")
 
 
+def wall_off(run, columns):
+    cells = run.map.cells.copy()
+    cells[:, columns] = 100
+    run.map, run.count = replace(run.map, cells=cells), 2
+
+
+def ends_at_the_start(run):
+    while run.steps[-1].state in (State.EXPLORING, State.RETURNING) and run.now_s < 250.0:
+        run.go()
+    last = run.steps[-1]
+    return last.state is State.DONE and "back at the start" in last.reason and run.pose.distance(Pose2(0.0, 0.0)) < 0.15
+
+
 def test_asked_to_return_it_comes_back_and_ends():
     run = Run()
     drive_off(run)
     assert run.session.ask(Request.RETURN_TO_START).success
-    while run.steps[-1].state in (State.EXPLORING, State.RETURNING) and run.now_s < 200.0:
-        run.go()
-    assert run.steps[-1].state is State.DONE
-    assert "back at the start" in run.steps[-1].reason
-    assert run.pose.distance(Pose2(0.0, 0.0)) < 0.15
+    assert ends_at_the_start(run)
 
 
 def test_the_reserve_for_the_way_back_is_enough():
@@ -425,9 +434,7 @@ def test_the_reserve_for_the_way_back_is_enough():
     run.go(110.0)
     (leaving,) = [event for event in run.events if dict(event.details).get("to") == "returning"]
     assert 60.0 < leaving.t_s < 100.0
-    assert run.steps[-1].state is State.DONE
-    assert "back at the start" in run.steps[-1].reason
-    assert run.pose.distance(Pose2(0.0, 0.0)) < 0.15
+    assert ends_at_the_start(run)
 
 
 def test_done_early_with_return_to_start_it_comes_back():
@@ -435,20 +442,51 @@ def test_done_early_with_return_to_start_it_comes_back():
     drive_off(run, 1.0)
     run.controller.answer = Step(done=True, reason="nothing is left")
     run.go(60.0)
-    assert run.steps[-1].state is State.DONE
-    assert run.steps[-1].reason == "back at the start; nothing is left"
+    assert (run.steps[-1].state, run.steps[-1].reason) == (State.DONE, "back at the start; nothing is left")
+
+
+def test_a_bump_on_the_way_back_is_backed_off_from_and_driven_round():
+    run = Run()
+    drive_off(run)
+    run.session.ask(Request.RETURN_TO_START)
+    while run.pose.x > 1.5:
+        run.go()
+    run.bumps = (BumperEvent(Bumper.CENTER, True),)
+    backing = run.go()
+    assert backing.state is State.RETURNING and backing.command.v_mps < 0.0
+    run.bumps = (BumperEvent(Bumper.CENTER, False),)
+    run.go(1.0)
+    assert run.pose.x > 1.53
+    assert ends_at_the_start(run)
+
+
+def test_a_way_back_that_the_checker_refuses_is_not_driven(monkeypatch):
+    run = Run()
+    drive_off(run)
+    monkeypatch.setattr("yarm.exploration.driver.check_path", lambda *_: PathVerdict(False, 0.0, 0, "made up"))
+    run.session.ask(Request.RETURN_TO_START)
+    ended = run.go(1.0)
+    assert ended.state is State.DONE and "the way was refused: made up" in ended.reason
+    assert all(step.command == Command() for step in run.steps[-9:])
+
+
+def test_a_start_that_the_disc_does_not_fit_is_come_back_to_as_near_as_it_does():
+    run = Run()
+    drive_off(run)
+    wall_off(run, slice(77, 78))
+    run.session.ask(Request.RETURN_TO_START)
+    run.go(60.0)
+    assert run.steps[-1].state is State.DONE and "beside the start, as near as the disc gets" in run.steps[-1].reason
+    assert 0.0 < run.pose.x < 0.3
 
 
 def test_without_a_way_back_it_stays_and_says_so():
     run = Run()
     drive_off(run, 1.0)
-    walled = run.map.cells.copy()
-    walled[:, 85:88] = 100
-    run.map, run.count = replace(run.map, cells=walled), 2
+    wall_off(run, slice(85, 88))
     run.session.ask(Request.RETURN_TO_START)
     ended = run.go(1.0)
-    assert ended.state is State.DONE
-    assert "no way back to the start (0.00, 0.00)" in ended.reason
+    assert ended.state is State.DONE and "no way back to the start (0.00, 0.00)" in ended.reason
 
 
 def test_a_lease_moves_nothing_outside_a_run():
@@ -458,6 +496,5 @@ def test_a_lease_moves_nothing_outside_a_run():
     run.session.ask(Request.START)
     run.go(1.0)
     lease = run.session.lease()
-    assert lease.moving
-    assert lease.deadline_s - lease.started_s == pytest.approx(900.0)
+    assert lease.moving and lease.deadline_s - lease.started_s == pytest.approx(900.0)
     assert lease.stamp_s == pytest.approx(run.now_s)

@@ -103,6 +103,16 @@ def test_fixed_joints_tie_links_to_the_nearest_one_that_moves(arm: UrdfModel) ->
             "<robot><joint name='j' type='hinge'><parent link='a'/><child link='b'/></joint></robot>",
             "joint j: its type 'hinge' must be one of fixed, revolute",
         ),
+        (
+            "<robot><joint name='j' type='revolute'><parent link='a'/><child link='b'/>"
+            "<limit lower='1' upper='-0.5'/></joint></robot>",
+            "joint j: its limits 1 to -0.5 are reversed, or no numbers",
+        ),
+        (
+            "<robot><joint name='j' type='revolute'><parent link='a'/><child link='b'/>"
+            "<limit lower='nan' upper='1'/></joint></robot>",
+            "joint j: its limits nan to 1 are reversed, or no numbers",
+        ),
     ],
 )
 def test_what_cannot_be_used_is_named(text: str, words: str) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from yarm.experiments.inspect.eyes import Camera, boxes_of
 from yarm.geometry import Pose2
 from yarm.inspection.model import BLANK, OURS, PRINTED, REPORT, UNSEEN
 from yarm.inspection.readers import OurReader, ReportReader, Shot, make_reader
 from yarm.sim.checks.layout_check import sights
 from yarm.sim.scenes.layout_maker import make_layout
+from yarm.tags.features import DetectorError, available_detectors
 from yarm.tags.pictures import shipped_pictures
 
 LAYOUT = make_layout("open", 0)
@@ -55,6 +58,25 @@ def test_the_report_is_never_final() -> None:
     reads = [reader.read(BOX, Shot(camera.picture(PLACE), PLACE)) for _ in range(12)]
     assert not any(read.final for read in reads) and reads[0].look is None and len(reads[0].sightings) == len(TAGS)
     assert reader.reading(BOX).tag == LAYOUT.tags[BOX - 1] and reader.evidence(BOX) is None
+
+
+def test_the_report_matches_the_features_that_are_asked_for() -> None:
+    one, picture = {7: TAGS[7]}, Camera(LAYOUT, 1).picture(PLACE)
+    keypoints = {}
+    for name in available_detectors():
+        for controller in (REPORT, PRINTED):
+            reader = make_reader(controller, boxes_of(LAYOUT), one, detector=name)
+            (seen,) = reader.read(BOX, Shot(picture, PLACE)).sightings
+            keypoints[controller, name] = seen.keypoints
+    assert len(set(keypoints.values())) == len(keypoints), keypoints
+    (usual,) = make_reader(REPORT, boxes_of(LAYOUT), one).read(BOX, Shot(picture, PLACE)).sightings
+    assert usual.keypoints == keypoints[REPORT, "sift"]
+
+
+def test_a_detector_that_the_build_does_not_have_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("yarm.tags.features._surf", lambda: None)
+    with pytest.raises(DetectorError, match="detector 'surf': the installed OpenCV has sift, orb, akaze"):
+        make_reader(REPORT, boxes_of(LAYOUT), {7: TAGS[7]}, detector="surf")
 
 
 def test_a_picture_that_did_not_come_speaks_for_every_tag_to_the_printed_program_alone() -> None:

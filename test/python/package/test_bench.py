@@ -16,11 +16,14 @@ import faults_page  # noqa: E402
 import kinematics  # noqa: E402 (bench is no package)
 import localisation  # noqa: E402
 import missions  # noqa: E402
+import planning  # noqa: E402
 from missions import write_csv  # noqa: E402
 from planning_report import write_report  # noqa: E402
 from planning_table import Table, read_rows  # noqa: E402
 
 from yarm.experiments.run.cases import expected_goals  # noqa: E402
+from yarm.planning.cspace.cell_sets import Layout  # noqa: E402
+from yarm.planning.cspace.footprint import turned_columns  # noqa: E402
 from yarm.sim.scenes.random_cell import random_cell  # noqa: E402
 from yarm.sim.scenes.scene_file import scene_text  # noqa: E402
 
@@ -38,6 +41,13 @@ def test_the_page_of_faults_is_drawn_from_the_rows_that_are_committed() -> None:
     assert rows
     page = (ROOT / "bench" / "faults.md").read_text(encoding="utf-8")
     assert faults_page.written(rows) == page, "run: python3 bench/faults.py --report"
+
+
+def test_a_cold_plan_has_no_table_of_turns() -> None:
+    turned_columns((0.0, 1.0, 0.1, 0.1), Layout((4, 4, 4), 3))
+    assert turned_columns.cache_info().currsize > 0
+    planning.forget_tables()
+    assert turned_columns.cache_info().currsize == 0
 
 
 def test_all_planners_of_the_fleets_were_given_the_same_instances() -> None:
@@ -142,3 +152,22 @@ def test_random_cells_that_are_on_disk_are_judged_and_a_failure_is_named_with_it
     said = capsys.readouterr().out
     assert "| plain | 1 |" in said
     assert ("random_plain-0000: FAILED: ankurbot_1 (base) touched table (top) at 9.0 s" in said) == bool(contacts)
+
+
+def test_cells_without_physics_are_run_once_and_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    words = ["--cells", "1", "--kinematic", "--workers", "1", "--results", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["missions.py", *words])
+    assert missions.main() == 0
+    said = capsys.readouterr().out
+    assert "Random cells without physics" in said
+    assert "| plain | 1 | 0 |" in said
+    page = (tmp_path / "kinematic" / "cells.md").read_text(encoding="utf-8")
+
+    def never(spec: object) -> None:
+        raise AssertionError(f"{spec} is on disk")
+
+    monkeypatch.setattr(missions, "run_cell", never)
+    assert missions.main() == 0
+    assert (tmp_path / "kinematic" / "cells.md").read_text(encoding="utf-8") == page

@@ -52,3 +52,26 @@ def test_commands_name_real_things(page):
     lost += [n for n in re.findall(r"roslaunch yarm (\w+\.launch)", text) if not list((ROOT / "launch").rglob(n))]
     lost += [s for s in re.findall(r"scenes/[\w/]+\.yaml", text) if not (ROOT / s).is_file()]
     assert lost == []
+
+
+def test_the_topics_of_the_readme_are_those_of_the_interface():
+    cells = [
+        [cell.strip() for cell in row.strip("|\n").split("|")]
+        for row in (ROOT / "README.md")
+        .read_text()
+        .partition("topics that matter most")[2]
+        .partition("\n\n[docs/")[0]
+        .splitlines()
+        if row.startswith("| `")
+    ]
+    interface = re.findall(r"^\| `([^`]+)` \| (\S+) \|", (ROOT / "docs" / "ros_api.md").read_text(), re.M)
+    assert len(cells) > 5
+    for names, kind, _ in cells:
+        first, *others = re.findall(r"`([^`]+)`", names)
+        assert (first, kind.replace("Action", "")) in interface, first
+        assert set(others) <= {name for name, _ in interface}
+
+
+def test_every_page_is_on_the_map():
+    linked = re.findall(r"\]\((\w+\.md)\)", (ROOT / "docs" / "README.md").read_text())
+    assert sorted(set(linked)) == sorted(page.name for page in (ROOT / "docs").glob("*.md") if page.name != "README.md")

@@ -11,7 +11,7 @@ import yaml
 
 from yarm.control.base.params import BaseParams
 from yarm.geometry import FloatArray, GridSpec
-from yarm.geometry.urdf import UrdfModel, expand_xacro, parse_urdf
+from yarm.geometry.urdf import JointKind, UrdfModel, expand_xacro, parse_urdf
 from yarm.resources import resource
 from yarm.robots.ankurbot import (
     ANKURBOT_BEAMS,
@@ -22,9 +22,12 @@ from yarm.robots.ankurbot import (
     CASTERS,
     EE_HEIGHT_M,
     HALF_WHEEL_BASE_M,
+    HAND_EE_HEIGHT_M,
     HAND_LIFTS_KG,
     HAND_STROKE_M,
+    LIFT_LINKS,
     WHEEL_RADIUS_M,
+    drawn_up,
 )
 from yarm.sim.robots.suction import HOLDING_N
 
@@ -43,6 +46,21 @@ def test_reach_height_and_radius(model: UrdfModel) -> None:
 def test_the_hands_stroke() -> None:
     model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand="true"))
     assert model.joints["lift_joint"].upper == pytest.approx(HAND_STROKE_M)
+
+
+def test_a_hand_that_is_drawn_up_is_where_it_is_said() -> None:
+    model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand="true"))
+    T_base_ee = model.rigid_group("ee")[1]
+    assert T_base_ee[:3, 3] == pytest.approx([ARM_REACH_M, 0.0, HAND_EE_HEIGHT_M])
+    T_base_slide = model.rigid_group("slide")[1]
+    moved = {joint.child: joint for joint in model.joints.values() if joint.kind is JointKind.PRISMATIC}
+    assert set(moved) == set(LIFT_LINKS)
+    for link, joint in moved.items():
+        found = drawn_up("a_1", f"a_1/{link}")
+        assert found is not None
+        assert T_base_ee @ found == pytest.approx(T_base_slide @ joint.T_parent_child)
+    assert drawn_up("a_1", "a_1/base_link") is None
+    assert drawn_up("a_1", "a_10/hand") is None
 
 
 def test_casters_and_wheels(model: UrdfModel) -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, Pose2
+from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, Pose2, SeenPiece
 from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.safety.clearance import (
     Body,
@@ -266,9 +266,9 @@ def test_a_robot_whose_pose_is_old_is_held_until_it_is_seen_again():
 PIECE = [("debris_1", Solid(Shape.BOX, (0.15, 0.06, 0.04), at()))]
 
 
-def map_with(carried, name="debris_1"):
+def map_with(carried, name="debris_1", piece=None):
     no_cells = np.zeros((0, 3), dtype=np.int64)
-    found = MappedObject(name, "Debris", 1, (0.0, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0), no_cells, None, carried)
+    found = MappedObject(name, "Debris", 1, (0.0, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0), no_cells, piece, carried)
     return CellMap(0.0, GridSpec(), np.zeros(GridSpec().shape, dtype=np.int8), {name: found})
 
 
@@ -281,6 +281,16 @@ def test_what_hangs_on_a_hand_is_where_the_map_shows_it_on_the_hand():
     assert len(with_loads("r", ROBOT, [load])) == len(ROBOT) + len(load.points)
     assert len(with_loads("other", ROBOT, [load])) == len(ROBOT)
     assert loads_of(map_with(None), {"debris_1": PIECE}, 0.08) == []
+
+
+def test_what_nobody_registered_hangs_on_a_hand_as_the_box_that_is_seen():
+    piece = SeenPiece(30, (0.0, 0.0, 0.82), 0.0, 0.15, 0.06)
+    held = CarriedPiece("r", (0.0, 0.0, -0.095), (0.0, 0.0, 0.0, 1.0))
+    (load,) = loads_of(map_with(held, "debris_auto_1", piece), {}, 0.08)
+    assert load.points.min(axis=0) == pytest.approx([-0.075, -0.03, -0.115])
+    assert load.points.max(axis=0) == pytest.approx([0.075, 0.03, -0.075])
+    (other,) = loads_of(map_with(held, "debris_1", piece), {}, 0.08)
+    assert len(other.points) == 0, "what is registered has the shape it is registered with"
 
 
 def test_a_robot_is_stopped_by_what_its_load_would_touch():

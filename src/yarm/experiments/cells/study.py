@@ -64,35 +64,62 @@ def cells(options: argparse.Namespace, folder: Path, progress: Callable[[str], P
     Raises:
         StudyError: cells were cut short or could not be run; all others are on disk.
     """
-    wanted, trials = specs(options.cells), folder / "cell_trials"
-    others = of_other_code(trials, wanted)
     # A cell keeps two cores busy.
     workers = options.workers or max(1, (os.cpu_count() or 1) // 2)
-    kind = TrialKind(partial(run_cell, folder / "cells"), CellResult.from_json)
-    results = run_trials(kind, wanted, trials, options.scheduler, workers, progress("cells"))
-    text = write_cells(results, folder)
+    return run_study(partial(run_cell, folder / "cells"), options, folder, workers, progress("cells"))
+
+
+def run_study(
+    run: Callable[[CellSpec], CellResult],
+    options: argparse.Namespace,
+    folder: Path,
+    workers: int,
+    progress: Progress,
+    about: str = "",
+) -> str:
+    """Run what is not on disk yet and write ``cells.md`` and ``cells.csv``; the text to print.
+
+    Args:
+        run: runs one cell; a function of a module, so that other processes find it.
+        options: with ``cells``, how many, and ``scheduler``.
+        folder: of the results.
+        workers: cells at a time.
+        progress: called after each cell.
+        about: what stands first on the page.
+
+    Raises:
+        StudyError: cells were cut short or could not be run; all others are on disk.
+    """
+    wanted, trials = specs(options.cells), folder / "cell_trials"
+    others = of_other_code(trials, wanted)
+    kind = TrialKind(run, CellResult.from_json)
+    results = run_trials(kind, wanted, trials, options.scheduler, workers, progress)
+    text = write_cells(results, folder, about)
     note = f"\n\n{others} cells were run with another version of the code; delete {trials} to run them again"
     return text + note if others else text
 
 
-def write_cells(results: Sequence[CellResult], folder: Path) -> str:
-    """``cells.csv``, a row a cell, and ``cells.md``, a row a kind and a line on each cell that failed; the latter."""
+def write_cells(results: Sequence[CellResult], folder: Path, about: str = "") -> str:
+    """``cells.csv``, a row a cell, and ``cells.md``, a row a kind and a line on each cell that failed; the latter.
+
+    ``about`` says first what was run.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "cells.csv").open("w", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(COLUMNS)
         for r in results:
             named = [" ".join(names) for names in (r.reached, r.refused, r.walked_into, r.odd)]
-            about = [r.spec.kind, r.spec.seed, int(r.success), r.robots]
-            writer.writerow([*about, *named, f"{r.sim_s:.1f}", "; ".join(r.faults)])
+            counted = [r.spec.kind, r.spec.seed, int(r.success), r.robots]
+            writer.writerow([*counted, *named, f"{r.sim_s:.1f}", "; ".join(r.faults)])
     by_kind = [[r for r in results if r.spec.kind == kind] for kind in KINDS]
     rows = [_row(of_kind[0].spec.kind, of_kind) for of_kind in by_kind if of_kind]
-    text = markdown_table(HEADER, [*rows, _row("all", results)])
-    failed = [f"- {cell_line(result)}" for result in results if not result.success]
-    odd = [f"- {cell_line(result)}" for result in results if result.success and result.odd]
-    text = "\n".join(
-        [text, *(["", "Failed:", "", *failed] if failed else []), *(["", "Odd:", "", *odd] if odd else [])]
-    )
+    sections = [about, markdown_table(HEADER, [*rows, _row("all", results)])]
+    failed = [result for result in results if not result.success]
+    odd = [result for result in results if result.success and result.odd]
+    for title, found in (("Failed:", failed), ("Odd:", odd)):
+        sections += [title, "\n".join(f"- {cell_line(result)}" for result in found)] if found else []
+    text = "\n\n".join(section for section in sections if section)
     (folder / "cells.md").write_text(text + "\n")
     return text
 

@@ -13,13 +13,15 @@ import yaml
 
 from yarm.experiments.coursework.clearing import clearing, draw_clearing
 from yarm.experiments.coursework.pictures import draw_coverage, draw_obstacles, draw_tour
-from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, tours
+from yarm.experiments.coursework.tasks import TaskResult, floors, kinematics, obstacles, play_tour, tours
 from yarm.experiments.run.tables import text_table
 from yarm.manipulation.clearing.mission import Command, MissionError
 from yarm.manipulation.clearing.play import unwatched
 from yarm.manipulation.motion.checkpoints import ArmScene, CheckpointError, load_arm_scene
 from yarm.manipulation.motion.tour import TourError
 from yarm.manipulation.motion.trajectory import Trajectory, TrajectoryError
+from yarm.manipulation.obstacles.physics import ArmWatch
+from yarm.manipulation.obstacles.physics import unwatched as unwatched_arm
 from yarm.resources import resource
 from yarm.sim.engine.youbot_floor import YoubotFloor
 from yarm.sim.scenes.youbot_floor import FloorScene, load_floor_scene
@@ -31,10 +33,13 @@ Save = Callable[[Trajectory, Path], Path]
 
 
 class Watcher(Protocol):
-    """Looks on while the youBot clears its floor, and leaves a file in the results' folder."""
+    """Looks on while the youBot does its tasks, and leaves a file in the results' folder."""
+
+    def arm(self, title: str, scene: ArmScene) -> ArmWatch:
+        """What looks on while the arm does a task that has this title."""
 
     def __call__(self, world: YoubotFloor, command: Command) -> None:
-        """After each tick: the world, and what the robot was told."""
+        """After each tick on the floor: the world, and what the robot was told."""
 
     def write(self, folder: Path) -> Path:
         """Leave the file; which it is."""
@@ -46,11 +51,15 @@ class Keeping:
 
     Attributes:
         motion: keeps the tour's motion in a folder, and gives the file; None: it is not kept.
-        film: looks on while the floor is cleared; None: nobody does.
+        film: looks on at the tour, our way among the obstacles, and the floor; None: nobody does.
     """
 
     motion: Optional[Save] = None
     film: Optional[Watcher] = None
+
+    def among(self, scene: ArmScene) -> ArmWatch:
+        """What looks on at the obstacle task, where its obstacles stand."""
+        return unwatched_arm if self.film is None else self.film.arm("among obstacles", scene)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -138,10 +147,13 @@ def run(
     tour = tours(tour_scene)
     pictures = [draw_tour(tour, tour_scene, folder / "tour.png")]
     files = [] if keeping.motion is None else [f"motion: {keeping.motion(tour.motion, folder)}"]
+    if keeping.film is not None:
+        title = f"tour of {len(tour_scene.checkpoints)} checkpoints"
+        play_tour(tour_scene, tour.motion, keeping.film.arm(title, tour_scene))
     progress(
         f"{len(obstacle_scene.checkpoints)} checkpoints among {len(obstacle_scene.obstacles)} obstacles, in physics"
     )
-    among = obstacles(obstacle_scene, seed)
+    among = obstacles(obstacle_scene, seed, keeping.among)
     pictures.append(draw_obstacles(among, folder / "obstacles.png"))
     progress("the cell's floor")
     floor = floors()

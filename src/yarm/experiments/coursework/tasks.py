@@ -26,7 +26,7 @@ from yarm.manipulation.motion.trajectory import (
     through_waypoints,
     trapezoid,
 )
-from yarm.manipulation.obstacles.physics import TaskPlayed, play_task
+from yarm.manipulation.obstacles.physics import ArmWatch, ArmWorld, TaskPlayed, play_task, unwatched
 from yarm.manipulation.obstacles.ways import Variant, plan_ways
 from yarm.robots.hc10 import station_boxes
 from yarm.robots.youbot import random_joints
@@ -142,8 +142,22 @@ def tours(scene: ArmScene) -> TourResult:
     return TourResult(TaskResult("tour", header, rows, tuple(faults)), found, lines, motion)
 
 
-def obstacles(scene: ArmScene, seed: int) -> ObstacleResult:
-    """The five checkpoints among obstacles by each method, played in physics."""
+def play_tour(scene: ArmScene, motion: Trajectory, watch: ArmWatch) -> None:
+    """Play a tour's motion in physics for somebody who looks on."""
+    with ArmWorld(scene) as world:
+        world.play([motion], watch)
+
+
+def obstacles(
+    scene: ArmScene, seed: int, watched: Callable[[ArmScene], ArmWatch] = lambda _: unwatched
+) -> ObstacleResult:
+    """The five checkpoints among obstacles by each method, played in physics.
+
+    Args:
+        scene: the task.
+        seed: of the obstacles' places and the planner.
+        watched: gives what looks on while the arm goes our way, for where the obstacles stand.
+    """
     rng = np.random.default_rng(seed)
     moved = scene if seed == 0 else replace(scene, obstacles=tuple(moved_obstacles(scene.obstacles, rng, SPREAD_M)))
     played, rows = {}, []
@@ -153,7 +167,8 @@ def obstacles(scene: ArmScene, seed: int) -> ObstacleResult:
         planned_s = time.process_time() - begun
         for solid in (True, False) if variant is Variant.TURN_EXTEND_RETRACT else (True,):
             name = variant.value if solid else f"{variant.value}, obstacles yield"
-            played[name] = play_task(moved, ways, solid)
+            watch = watched(moved) if variant is Variant.YARM else unwatched
+            played[name] = play_task(moved, ways, solid, watch)
             rows.append(_row(name, played[name], planned_s, len(moved.checkpoints)))
     ours = played[Variant.YARM.value]
     faults = [f"{leg.goal}: {leg.reason}" for leg in ours.legs if not leg.reached]

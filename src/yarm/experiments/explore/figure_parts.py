@@ -22,7 +22,8 @@ def box_figure(groups: Dict[str, List[float]], label: str, path: Path) -> Path:
         spread = 0.12 * np.sin(np.arange(len(values)) * 2.4)
         axis.plot(i + spread, values, "o", ms=3, alpha=0.5, color="tab:blue", label=name)
     axis.set_xticks(range(len(groups)))
-    axis.set_xticklabels([name.replace(" without ", "\nwithout ") for name in groups], fontsize="small")
+    labels = [name.replace(" without ", "\nwithout ").replace("+", "\n+ ") for name in groups]
+    axis.set_xticklabels(labels, fontsize="small")
     axis.set(ylabel=label, xlim=(-0.6, max(1, len(groups)) - 0.4))
     axis.grid(True, axis="y", alpha=0.3)
     return save_figure(figure, path)

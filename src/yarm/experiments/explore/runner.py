@@ -189,9 +189,9 @@ def explore(
     """
     notes = _Notes(watch)
     passes, end_s, last = 0, params.time_limit_s, Step()
-    while passes * LOOP_S < params.time_limit_s + STAND_S:
+    while passes * LOOP_S < end_s + STAND_S:
         now_s = round(passes * LOOP_S, 6)
-        over = now_s >= params.time_limit_s - 1e-9
+        over = now_s >= end_s - 1e-9
         observation = senses.observe(now_s, passes)
         step = last if over else notes.timed(controller, observation, passes)
         told = Command() if step.done else faded(step.command, now_s, params.time_limit_s)
@@ -201,7 +201,6 @@ def explore(
             end_s = now_s
             if senses.map is not None:
                 notes.cover(now_s, senses.map)
-            break
         world.step(told.v_mps, told.w_radps, LOOP_S)
         passes += 1
     return ExploreRecord(

@@ -8,8 +8,9 @@ from typing import Dict, List, Mapping, Sequence, Tuple
 
 import numpy as np
 
+from yarm.experiments.explore.measures import SHARES
 from yarm.experiments.explore.trial import ExploreResult, ExploreSpec
-from yarm.experiments.statistics import bootstrap_interval, percentile
+from yarm.experiments.statistics import Proportion, bootstrap_interval, percentile
 from yarm.exploration.registry import CONTROLLERS
 from yarm.exploration.report.params import BEHAVIOURS
 from yarm.exploration.report.printed import FAULTS
@@ -30,10 +31,10 @@ MENDED = (SIDE_BUMP, *(f"{SIDE_BUMP}+{name}" for name in FAULTS if name != SIDE_
 TABLE_HEADER = (
     "controller",
     "runs",
-    "share at the end: least, median",
-    ">= 99 %",
-    "median s to 90 %",
-    "to 95 % (95 % interval)",
+    "share at the end: least, median (95 % interval)",
+    ">= 99 %, % of the runs (95 % interval)",
+    "median s to 90 % (95 % interval)",
+    "to 95 %",
     "to 99 %",
     "bumps: median, p95, most",
     "fastest bump, m/s",
@@ -103,15 +104,13 @@ def _row(name: str, group: Sequence[ExploreResult]) -> Tuple[str, ...]:
     return (
         name,
         str(len(group)),
-        f"{100 * min(shares):.1f}, {100 * percentile(shares, 50):.1f} %",
-        f"{sum(share >= 0.99 for share in shares)}",
-        median_text([m.times[0] for m in measures], False),
-        median_text([m.times[1] for m in measures], True),
-        median_text([m.times[2] for m in measures], False),
+        f"{100 * min(shares):.1f}, {_interval_text(shares)} %",
+        Proportion(sum(share >= 0.99 for share in shares), len(shares)).text(),
+        *(median_text([m.times[i] for m in measures], True) for i in range(len(SHARES))),
         f"{percentile(bumps, 50):g}, {percentile(bumps, 95):g}, {max(bumps):g}",
         f"{max(m.fastest_bump for m in measures):.2f}",
         str(sum(m.bumped_again > 0 for m in measures)),
-        f"{_percent(low[1], low[0])}, {_percent(low[2], low[0])}",
+        f"{Proportion(low[1], low[0]).text()}, {Proportion(low[2], low[0]).text()}",
         str(sum(m.too_fast_near_s > 0.0 for m in measures)),
         str(sum(m.early for m in measures)),
         f"{percentile([m.step_p99_ms for m in measures], 50):.1f}",
@@ -137,6 +136,12 @@ def median_text(values: Sequence[float], interval: bool) -> str:
         f"{v:.0f}" if math.isfinite(v) else "-" for v in bootstrap_interval(values, lambda sample: median(list(sample)))
     )
     return f"{text} ({low} to {high})"
+
+
+def _interval_text(shares: Sequence[float]) -> str:
+    """Median of shares with its bootstrap interval, in per cent."""
+    low, high = bootstrap_interval(shares, lambda sample: median(list(sample)))
+    return f"{100 * percentile(shares, 50):.1f} ({100 * low:.1f} to {100 * high:.1f})"
 
 
 def targets(results: Sequence[ExploreResult]) -> List[Target]:
@@ -187,12 +192,24 @@ def _against(ours: Sequence[ExploreResult], theirs: Sequence[ExploreResult], riv
     factor = 0.8 if rival == "explore_lite" else 1.0
     asked = "20 % below" if rival == "explore_lite" else "below"
     text = f"{mine:.0f} s against {other:.0f} s" if math.isfinite(other) else f"{mine:.0f} s against never"
+    text = f"{text}; in pairs {ratio_text(pairs)}"
     found = [Target(f"median time to 95 % {asked} {rival}'s", text, mine <= factor * other and mine < math.inf)]
     if rival == "report":
         shorter = sum(a < b for a, b in pairs)
-        text = f"{shorter} of {len(pairs)}"
+        text = f"{shorter} of {len(pairs)}: {Proportion(shorter, len(pairs)).text()}"
         found.append(Target("time to 95 % shorter than report's in 90 of 100 pairs", text, shorter >= 0.9 * len(pairs)))
     return found
+
+
+def ratio_text(pairs: Sequence[Tuple[float, float]]) -> str:
+    """Median of the first time over the second of each pair, with its bootstrap interval; how often the first is less.
+
+    Never over never is 1.
+    """
+    ratios = [1.0 if a == b else a / b for a, b in pairs]
+    low, high = bootstrap_interval(ratios, lambda sample: median(list(sample)))
+    sooner = Proportion(sum(a < b for a, b in pairs), len(pairs))
+    return f"{median(ratios):.2f} of it ({low:.2f} to {high:.2f}), sooner in {sooner.text()}"
 
 
 def paired_times(ours: Sequence[ExploreResult], theirs: Sequence[ExploreResult]) -> List[Tuple[float, float]]:

@@ -137,10 +137,23 @@ def run_trial(spec: ExploreSpec) -> ExploreResult:
 
 def run_record(spec: ExploreSpec, judge: Judge) -> ExploreRecord:
     """The whole record of a trial."""
-    params = ExploreParams(controller=spec.controller, time_limit_s=spec.time_limit_s)
+    params = params_of(spec)
     watcher = Watcher(judge)
     record = run_kinematic(judge.arena, controller_of(spec, params), spec.seed, params, watcher)
     return replace(record, first_seen=watcher.first_seen)
+
+
+def params_of(spec: ExploreSpec) -> ExploreParams:
+    """What the controller of a trial is made with."""
+    return ExploreParams(controller=spec.controller, time_limit_s=spec.time_limit_s)
+
+
+def parameters_of(spec: ExploreSpec) -> Dict[str, Any]:
+    """Everything that can be set in a trial, by the names of its parts."""
+    parts = {"explorer": dataclasses.asdict(params_of(spec))}
+    if spec.controller == "report":
+        parts["explorer_report"] = dataclasses.asdict(ReportParams(off=(spec.without,) if spec.without else ()))
+    return parts
 
 
 def controller_of(spec: ExploreSpec, params: ExploreParams) -> Controller:

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Dict, Iterator, List, Tuple
 
-from yarm.experiments.inspect.record import PathRow, RoundRecord, reading_words
+from yarm.experiments.inspect.record import PathRow, RoundRecord
 from yarm.experiments.statistics import percentile
 from yarm.geometry import Pose2, wrap_angle
-from yarm.inspection.model import Stage
+from yarm.inspection.model import Stage, reading_words
 
 HOME_M, HOME_RAD = 0.10, 0.1
 """The robot is home within this of where it began."""

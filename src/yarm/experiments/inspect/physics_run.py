@@ -13,7 +13,7 @@ from yarm.experiments.inspect.eyes import Camera, boxes_of
 from yarm.experiments.inspect.given import BY_HAND, room_map
 from yarm.experiments.inspect.pilot import Ways
 from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
-from yarm.experiments.inspect.runner import AFTER_S, DETECTOR, LIMIT_S, NOTHING
+from yarm.experiments.inspect.runner import AFTER_S, LIMIT_S, NOTHING
 from yarm.experiments.inspect.switched_round import SwitchedRound
 from yarm.experiments.inspect.switches import FAULTS_IN_PHYSICS, Switches
 from yarm.geometry import Pose2
@@ -37,6 +37,7 @@ from yarm.sim.engine.physics_world import PhysicsWorld
 from yarm.sim.room_robot import RoomRobot
 from yarm.sim.scenes.layout import Layout
 from yarm.tags.chance import LookChance
+from yarm.tags.features import DETECTOR
 from yarm.tags.pictures import shipped_pictures
 
 DRIVING = MoveBaseParams(controller_frequency=1.0 / LOOP_S, xy_goal_tolerance=0.05, yaw_goal_tolerance=0.04)
@@ -55,6 +56,7 @@ class _Robot:
         known = [] if switches.empty_map else boxes_of(layout)
         self.ways = Ways(with_bodies(room_map(layout), [box.corners() for box in known]))
         self._localiser = Localiser(self.ways.grid)
+        self._doubts_unheard = switches.doubts_unheard
         if controller != OURS:
             self._localiser.believe(layout.arena.start.compose(BY_HAND))
         driving = DRIVING if controller == OURS else PLATFORM
@@ -69,6 +71,7 @@ class _Robot:
         """Everything known at a pass; a picture only for somebody who looks."""
         odometry, scan = self.world.odometry(), self.world.scan()
         place = self._localiser.add(odometry, scan)
+        unheard = self._doubts_unheard and place.map_from_odom is not None
         picture = Picture(now_s, self._camera.picture(self.world.truth)) if looking else None
         return Senses(
             now_s,
@@ -76,8 +79,8 @@ class _Robot:
             odometry,
             place.map_from_odom,
             now_s,
-            place.localised,
-            place.reason,
+            place.localised or unheard,
+            "" if unheard else place.reason,
             picture,
             goal=self._goal,
         )

@@ -9,8 +9,9 @@ from typing import Any, List
 import numpy as np
 
 from yarm.experiments.explore.pictures import BORDER_M, draw_arena
-from yarm.experiments.inspect.record import RoundRecord, reading_words
+from yarm.experiments.inspect.record import RoundRecord
 from yarm.experiments.run.plots import new_figure, save_figure
+from yarm.inspection.model import reading_words
 from yarm.inspection.viewpoints import viewpoint
 from yarm.sim.scenes.arena import Arena
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from yarm.experiments.explore.pictures import BORDER_M, draw_arena
 from yarm.experiments.inspect.pictures import draw_round
-from yarm.experiments.inspect.record import RoundRecord, reading_words
+from yarm.experiments.inspect.record import RoundRecord
 from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.study.tag_figures import write_rows
-from yarm.inspection.model import BLANK
+from yarm.inspection.model import BLANK, reading_words
 from yarm.inspection.viewpoints import viewpoint
 from yarm.sim.scenes.arena import Arena
 

@@ -11,10 +11,10 @@ import cv2
 
 from yarm.experiments.html import figure, table, write_page
 from yarm.experiments.inspect.measures import Measures
-from yarm.experiments.inspect.record import LookRecord, RoundRecord, reading_words
+from yarm.experiments.inspect.record import LookRecord, RoundRecord
 from yarm.experiments.inspect.sheet import ColourImage, our_pair, our_photo, report_pair, report_photo
 from yarm.inspection.boxes import Box
-from yarm.inspection.model import BLANK, UNKNOWN, Verdict
+from yarm.inspection.model import BLANK, UNKNOWN, Verdict, reading_words
 from yarm.inspection.reading import face_view
 from yarm.tags.evidence import BoxEvidence
 from yarm.tags.motifs import GreyImage

@@ -9,9 +9,6 @@ from typing import List, Mapping, Optional, Tuple
 from yarm.geometry import Pose2
 from yarm.inspection.boxes import Box
 from yarm.inspection.model import (
-    BLANK,
-    UNKNOWN,
-    UNSEEN,
     ClearCostmaps,
     Drive,
     Event,
@@ -273,8 +270,3 @@ def _order_row(span_s: Tuple[float, float], step: Step, outcome: Outcome, reason
     if isinstance(order, Drive):
         goal = (order.goal.x, order.goal.y, order.goal.yaw_rad)
     return OrderRow(*span_s, WORDS[type(order)], str(step.stage), step.box, *goal, outcome.value, reason)
-
-
-def reading_words(tag: int) -> str:
-    """What was read, in one word: a tag's number, blank, unknown, none."""
-    return {BLANK: "blank", UNKNOWN: "unknown", UNSEEN: "none"}.get(tag, str(tag))

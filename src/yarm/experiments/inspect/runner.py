@@ -41,6 +41,7 @@ from yarm.sim.kinematic.flat_boxes import FlatBoxes
 from yarm.sim.kinematic.world import KinematicWorld
 from yarm.sim.scenes.layout import Layout
 from yarm.tags.chance import LookChance
+from yarm.tags.features import DETECTOR
 
 TICK_S = 0.1
 LIMIT_S = 480.0
@@ -50,8 +51,6 @@ PLACE_M, PLACE_RAD, PLACE_S = 0.014, math.radians(0.3), 2.0
 """Deviation of the localisation's error, each way, and how long it stays alike; measured in bench/localisation.md."""
 CLEARING_S = 1.0
 """What forgetting costmaps takes."""
-DETECTOR = "sift"
-"""Of both recognitions."""
 NOTHING = Switches()
 AnyRound = Union[Round, ReportRound]
 

@@ -8,7 +8,7 @@ from typing import Sequence
 from yarm.experiments.inspect.switches import Switches
 from yarm.inspection.boxes import Box
 from yarm.inspection.flow import Flow
-from yarm.inspection.model import Observation
+from yarm.inspection.model import ClearCostmaps, Observation, Stage
 from yarm.inspection.printed_round import ORIGIN, PAUSE_S
 from yarm.inspection.report_round import Plannable, ReportRound, ReportRoundParams
 from yarm.inspection.viewpoints import Gap
@@ -35,7 +35,9 @@ class SwitchedRound(ReportRound):
 
     def _localise(self, seen: Observation) -> Flow:
         believed = seen.pose or ORIGIN
-        if not self._switches.turns_lost:
+        if self._switches.turns_lost:
+            seen = yield self._say(ClearCostmaps(), Stage.LOCALISE)  # a second, in which the navigation gets its map
+        else:
             seen = yield from super()._localise(seen)
         if self._switches.turns_lost or self._switches.home_early:
             self.home = believed

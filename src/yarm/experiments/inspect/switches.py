@@ -24,6 +24,8 @@ class Switches:
         turns_lost: the turns that localise do not reach the base, as with a publisher made anew for each message.
         home_early: home is where it believes to be before it has turned.
         no_goal_limit: a goal may take for ever.
+        doubts_unheard: whatever the localisation holds for the place is driven by, as AMCL says of no place that it
+            is not sure of it; ours would stop the robot.
         exact_order: not a fault but the remedy of one: the shortest order instead of the greedy one.
     """
 
@@ -40,6 +42,7 @@ class Switches:
     turns_lost: bool = False
     home_early: bool = False
     no_goal_limit: bool = False
+    doubts_unheard: bool = False
     exact_order: bool = False
 
 
@@ -65,11 +68,11 @@ FAULTS: Mapping[str, Switches] = {
 """Variants of the report's round, by their names in the figure."""
 FAULTS_IN_PHYSICS: Mapping[str, Switches] = {
     PLAIN: Switches(),
-    "turns lost": Switches(turns_lost=True),
+    "turns lost": Switches(turns_lost=True, doubts_unheard=True),
     "home taken before the turns": Switches(home_early=True),
-    "home taken early, turns lost": Switches(home_early=True, turns_lost=True),
+    "home taken early, turns lost": Switches(home_early=True, turns_lost=True, doubts_unheard=True),
     "goals without a limit": Switches(no_goal_limit=True),
-    "map without boxes": Switches(empty_map=True),
-    "map without boxes, goals without a limit": Switches(empty_map=True, no_goal_limit=True),
+    "map without boxes": Switches(empty_map=True, doubts_unheard=True),
+    "map without boxes, goals without a limit": Switches(empty_map=True, no_goal_limit=True, doubts_unheard=True),
 }
 """Those that need a real localisation and navigation to cost something: tried in full physics."""

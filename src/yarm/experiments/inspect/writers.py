@@ -13,9 +13,9 @@ import yaml
 from yarm.experiments.inspect.measures import Measures, faults_of, measure
 from yarm.experiments.inspect.pictures import plot_round
 from yarm.experiments.inspect.proof import write_proof
-from yarm.experiments.inspect.record import LookRecord, OrderRow, PathRow, RoundRecord, TouchRow, reading_words
+from yarm.experiments.inspect.record import LookRecord, OrderRow, PathRow, RoundRecord, TouchRow
 from yarm.experiments.run.writers import plain_values, write_events, write_rows
-from yarm.inspection.model import OURS, Verdict
+from yarm.inspection.model import OURS, Verdict, reading_words
 from yarm.inspection.result_file import lines_of
 from yarm.sim.scenes.arena import Arena
 from yarm.tags.printed import laser_text, map_text, row_of
@@ -280,8 +280,8 @@ def _write_lines(path: Path, lines: Sequence[str]) -> None:
 
 
 def _write_printed(record: RoundRecord, folder: Path) -> None:
-    """The three files that the report's program leaves."""
-    images = [[row_of(seen) for seen in look.sightings] for look in record.looks]
+    """The three files that the report's program leaves; rows are those that count by the round's own rule."""
+    images = [[row_of(seen) for seen in look.sightings if not look.rejection(seen)] for look in record.looks]
     unmatched = {verdict.box for verdict in record.verdicts if verdict.reading.tag < 0}
     left = [row for look, rows in zip(record.looks, images) if look.box in unmatched for row in rows]
     result, votes, others = (folder / name for name in REPORT_FILES)

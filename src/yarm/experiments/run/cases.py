@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Dict, FrozenSet, Mapping
 
 from yarm.commander.params import Removal
+from yarm.geometry import STRAY
 from yarm.geometry.kinds import GOAL_KINDS
 from yarm.sim.scenes.scene import Scene
 
@@ -25,6 +26,7 @@ class Case:
         everybody: every robot must have reached something.
         refusals: a goal given up with a reason is no fault.
         may_fail: nor is a mission that ends failed because of such a goal.
+        holds: no hand may lose a piece that it carries.
         with_bin: the same case with a bin, which is run in its place unless reached debris is to be deleted.
     """
 
@@ -36,6 +38,7 @@ class Case:
     everybody: bool = False
     refusals: bool = False
     may_fail: bool = False
+    holds: bool = False
     with_bin: str = ""
 
     def for_layout(self, own: bool, removal: Removal) -> Case:
@@ -59,19 +62,27 @@ CASES: Mapping[str, Case] = {
             everybody=True,
             with_bin="2m1ma_bin",
         ),
-        Case("1m1ma_bin", "one robot with a hand carries one debris to a bin, the HC10 sanding", 240.0, min_pauses=1),
+        Case(
+            "1m1ma_bin",
+            "one robot with a hand carries one debris to a bin, the HC10 sanding",
+            240.0,
+            min_pauses=1,
+            holds=True,
+        ),
         Case(
             "2m1ma_bin",
             "two robots with hands carry two debris that slip to a bin, the HC10 sanding",
             360.0,
             min_replans=1,
             everybody=True,
+            holds=True,
         ),
         Case(
             "3m6_bin",
             "three robots with hands carry six debris to two bins, the HC10 tucked away",
             480.0,
             everybody=True,
+            holds=True,
         ),
         Case("2m2ma", "two robots, two HC10s sanding at stations of their own", 300.0, min_pauses=2),
         Case("3m", "three robots cross, the HC10 tucked away", 240.0),
@@ -95,9 +106,10 @@ def case_of(name: str) -> Case:
 
 
 def expected_goals(scene: Scene) -> FrozenSet[str]:
-    """Names of all debris and targets of a scene, of those too that an event brings."""
-    things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
-    return frozenset(thing.name for thing in things if thing.kind in GOAL_KINDS)
+    """Names of all debris and targets of a scene, of those too that an event brings; unregistered ones as seen."""
+    goals = [thing for thing in scene.all_things if thing.kind in GOAL_KINDS]
+    named = {thing.name for thing in goals if thing.registered}
+    return frozenset(named | {f"{STRAY}{number + 1}" for number in range(len(goals) - len(named))})
 
 
 def layout_of(scene: Scene) -> Mapping[str, Mapping[str, float]]:

@@ -29,7 +29,7 @@ from yarm.experiments.run.scoring import goes_to_bin, judge
 from yarm.experiments.run.squares import PartSquares
 from yarm.experiments.run.track import Track
 from yarm.experiments.statistics import percentile
-from yarm.geometry import GridSpec
+from yarm.geometry import STRAY, GridSpec
 from yarm.geometry.kinds import GOAL_KINDS, ContactKind
 
 Cells = Tuple[Tuple[int, int], ...]
@@ -96,6 +96,7 @@ class Recorder:
         self._contacts: Dict[Tuple[Tuple[str, str], str], ContactTally] = {}
         self._goal_xy: Dict[str, Tuple[float, float]] = {}
         self._bins: Dict[str, str] = {}
+        self._lost = 0
         self._parts: Dict[str, PartSquares] = {}
         self._forget(start_s)
 
@@ -283,9 +284,9 @@ class Recorder:
                     )
             self._goals[sample.goal] = record
 
-    def in_bins(self, bins: Mapping[str, str]) -> None:
-        """The bin each piece of debris lies in now by ground truth; empty for none."""
-        self._bins = dict(bins)
+    def in_bins(self, bins: Mapping[str, str], lost: int = 0) -> None:
+        """By ground truth the bin each piece of debris lies in now, empty for none, and how often hands lost one."""
+        self._bins, self._lost = dict(bins), lost
 
     def finish(self, info: RunInfo, case: Case, arrival_limit_m: float, usage: Sequence[NodeUsage] = ()) -> RunRecord:
         """Score everything that was taken in.
@@ -302,7 +303,7 @@ class Recorder:
         waypoints = [self._with_clearance(told.of_waypoint(row)) for row in map(self._with_goal, self._waypoints)]
         contacts = tuple(sorted(self._contacts.values(), key=lambda c: (c.kind != ContactKind.FAILURE, c.pair, c.kind)))
         robots = tuple(self._robot(name, goals) for name in sorted(self._robots))
-        faults = judge(info, case, robots, goals, contacts, self.pauses, arrival_limit_m)
+        faults = judge(info, case, robots, goals, contacts, self.pauses, arrival_limit_m, self._lost)
         return RunRecord(
             info,
             not faults,
@@ -323,11 +324,23 @@ class Recorder:
 
     def _scored(self, goal: GoalRecord, info: RunInfo, arrival_limit_m: float) -> GoalRecord:
         """A goal with where it is in the end, and whether it was reached."""
-        goal = replace(goal, bin=self._bins.get(goal.name, ""))
+        goal = replace(goal, bin=self._bin_of(goal.name))
         if math.isnan(goal.declared_s):
             return goal
         there = bool(goal.bin) if goes_to_bin(info, goal) else goal.distance_m <= arrival_limit_m
         return replace(goal, reached=there)
+
+    def _bin_of(self, name: str) -> str:
+        """The bin that a piece lies in; empty for none.
+
+        The truth does not know debris_auto_<n>: the first of those that were declared done is the first piece in a bin
+        that was nobody's goal, and so on.
+        """
+        if not name.startswith(STRAY):
+            return self._bins.get(name, "")
+        done = sorted(n for n, goal in self._goals.items() if n.startswith(STRAY) and not math.isnan(goal.declared_s))
+        unnamed = [found for piece, found in sorted(self._bins.items()) if found and piece not in self._goals]
+        return dict(zip(done, unnamed)).get(name, "")
 
     def _with_goal(self, row: WaypointRow) -> WaypointRow:
         """A waypoint and the goal of the plan it is of; which of the two was heard of first does not matter."""

@@ -10,7 +10,7 @@ import yaml
 from yarm.experiments.run.ledger import LedgerError, read_ledger
 
 ARGUMENTS, RESULT = "arguments.yaml", "replay.yaml"
-OWN = ("results", "rviz", "bag", "speed", "console", "console_port", "console_token")
+OWN = ("results", "rviz", "bag", "speed", "console", "console_port", "console_token", "console_results")
 """Launch arguments that decide nothing of a mission."""
 
 

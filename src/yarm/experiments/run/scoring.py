@@ -21,8 +21,20 @@ def judge(
     contacts: Sequence[ContactTally],
     pauses: Sequence[PauseRecord],
     arrival_limit_m: float,
+    lost: int = 0,
 ) -> Tuple[str, ...]:
-    """Everything that is wrong with a run, one sentence each; empty for a success."""
+    """Everything that is wrong with a run, one sentence each; empty for a success.
+
+    Args:
+        info: what was run and how it ended.
+        case: what must come out.
+        robots: what each did.
+        goals: what became of each.
+        contacts: by ground truth.
+        pauses: of the manipulators.
+        arrival_limit_m: largest horizontal distance of an end effector from a goal it is said to have reached.
+        lost: how often a hand lost a piece, by ground truth.
+    """
     faults: List[str] = []
     given_up = case.may_fail and info.outcome == Ending.FAILED and any(refused(goal) for goal in goals)
     if info.outcome != Ending.SUCCEEDED and not given_up:
@@ -45,6 +57,8 @@ def judge(
                 f"{tally.pair[0]} ({tally.links[0]}) touched {tally.pair[1]} ({tally.links[1]}) "
                 f"at {tally.first_s:.1f} s, {1000 * tally.depth_m:.1f} mm deep"
             )
+    if case.holds and lost:
+        faults.append(f"hands lost a piece {lost} times on the way, none may be lost")
     return (*faults, *_missing(case, robots, pauses))
 
 

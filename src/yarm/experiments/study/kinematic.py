@@ -92,11 +92,15 @@ class KinematicRobot:
         """Its solids, world."""
         return tuple(solid.at(self.base.pose) for solid in ANKURBOT)
 
-    def send(self, target: Pose2) -> None:
-        """Go to a pose: turn about the end effector, then translate."""
+    def send(self, target: Pose2, via: Tuple[Pose2, ...] = ()) -> None:
+        """Go to a pose, by others when some are given: turn about the end effector, then translate."""
         self.blocked = False
         self.outcome = Outcome.ACTIVE
-        self.controller.start(BaseGoal(target))
+        self.controller.start(BaseGoal(target, via=via))
+
+    def stop(self) -> None:
+        """Give up where it is sent; it stands once it has braked."""
+        self.controller.stop("stopped")
 
     def step(self, now_s: float) -> None:
         """One tick of the control law."""

@@ -19,12 +19,13 @@ from yarm.experiments.explore.pictures import plot_exploration
 from yarm.experiments.explore.slam_study import add_options as slam_options
 from yarm.experiments.explore.slam_study import slam_explorations
 from yarm.experiments.explore.study import ablation_specs, known_controllers, mended_specs, table_specs
-from yarm.experiments.explore.trial import ExploreSpec, judge_of, run_record
+from yarm.experiments.explore.trial import ExploreSpec, judge_of, parameters_of, run_record
 from yarm.experiments.explore.trials import EXPLORE_TRIALS
 from yarm.experiments.explore.writers import write_exploration
 from yarm.experiments.inspect.study import add_options as inspect_options
 from yarm.experiments.inspect.study import inspections
 from yarm.experiments.run.missions import run_missions
+from yarm.experiments.run.versions import package_versions
 from yarm.experiments.run.writers import explore_folder
 from yarm.experiments.study.design import PLANNERS, Study, single_study, table_study
 from yarm.experiments.study.physics_sample import run_sample, sample_specs, write_sample
@@ -148,9 +149,10 @@ def practice_runs(controllers: Sequence[str], folder: Path) -> None:
     judge = judge_of("practice")
     records = []
     for name in (name for name in MAPPED_IN_PRACTICE if name in controllers):
-        record = run_record(ExploreSpec("practice", name, 0), judge)
+        spec = ExploreSpec("practice", name, 0)
+        record = run_record(spec, judge)
         run = explore_folder(folder, record.arena, record.controller, record.seed)
-        write_exploration(record, measure(record, judge), run)
+        write_exploration(record, measure(record, judge), run, parameters_of(spec), package_versions())
         plot_exploration(record, judge.arena, run)
         records.append(record)
     if records:

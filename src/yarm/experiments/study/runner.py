@@ -9,6 +9,7 @@ import importlib
 import json
 import logging
 import os
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -152,6 +153,7 @@ def run_trials(
     scheduler: str = "",
     workers: int = 0,
     on_progress: Optional[Progress] = None,
+    pool: Optional[Executor] = None,
 ) -> List[R]:
     """Run what is not on disk yet and give back everything, in the order of the specs.
 
@@ -162,6 +164,7 @@ def run_trials(
         scheduler: address of a Dask scheduler; empty for local processes.
         workers: local processes; 0 for one a core, 1 for none at all (in this process).
         on_progress: called after each trial.
+        pool: processes that are there already, which then run all of it; see ``processes``.
 
     Raises:
         StudyError: trials raised; all others are on disk.
@@ -182,7 +185,9 @@ def run_trials(
 
     if on_progress is not None:
         on_progress(len(done), len(specs), "")
-    if todo and workers == 1 and not scheduler:
+    if pool is not None:
+        _run_pooled(todo, kind.run, pool, keep)
+    elif todo and workers == 1 and not scheduler:
         for spec in todo:
             keep(spec, attempt(kind.run, spec))
     elif todo:
@@ -211,6 +216,16 @@ def give_back() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc has it
     if trim is not None:
         trim(0)
+
+
+def _run_pooled(todo: Sequence[S], run: Callable[[S], R], pool: Executor, keep: Callable[[S, Any], None]) -> None:
+    futures = {pool.submit(attempt, run, spec): spec for spec in todo}
+    try:
+        for future in as_completed(futures):
+            keep(futures[future], future.exception() or future.result())
+    finally:
+        for future in futures:
+            future.cancel()
 
 
 def _run_distributed(

@@ -41,8 +41,9 @@ FIRST_FIGURE_VIEW = 2_000_000
 
 @dataclass(frozen=True)
 class Labelled:
-    """A sighting, and whether its tag was the one on the box."""
+    """A sighting in a drawn view, by the view's number, and whether its tag was the one on the box."""
 
+    view: int
     sighting: Sighting
     right: bool
 
@@ -114,7 +115,7 @@ def labelled_sightings(count: int) -> List[Labelled]:
     for view in tag_views_from(0, count):
         frame, _, _ = staged(view)
         sightings = report_recogniser().look(frame.grey, 1, predicted_angle_deg(view.angle_deg))
-        found += [Labelled(s, s.tag == view.truth) for s in sightings]
+        found += [Labelled(view.number, s, s.tag == view.truth) for s in sightings]
     return found
 
 
@@ -124,44 +125,78 @@ class Indicator:
 
     Attributes:
         name: for axis and table.
+        column: name of its column in the table of values.
         value: of a sighting.
         threshold: of the report; None where it has none.
         logarithmic: its axis.
+        binary: it is 0 or 1.
         more_is_better: whether right tags have more of it.
     """
 
     name: str
+    column: str
     value: Callable[[Sighting], float]
     threshold: Optional[float] = None
     logarithmic: bool = False
+    binary: bool = False
     more_is_better: bool = True
 
 
 INDICATORS = (
-    Indicator("3 area, px2", lambda s: s.area_px2, LEAST_AREA_PX2, logarithmic=True),
-    Indicator("4 good matches / keypoints", lambda s: s.share, LEAST_SHARE),
-    Indicator("8 good matches", lambda s: float(s.good), float(LEAST_GOOD_PRINTED)),
-    Indicator("9 angle off 90 at most, deg", lambda s: max(abs(a - 90.0) for a in s.angles), more_is_better=False),
+    Indicator("3 area, px2", "area_px2", lambda s: s.area_px2, LEAST_AREA_PX2, logarithmic=True),
+    Indicator("4 good matches / keypoints of the tag", "share", lambda s: s.share, LEAST_SHARE),
+    Indicator("6 tangled: 0, not: 1", "untangled", lambda s: float(not s.tangled), 0.5, binary=True),
+    Indicator("7 keypoints in the image", "keypoints", lambda s: float(s.keypoints)),
+    Indicator("8 good matches", "good", lambda s: float(s.good), float(LEAST_GOOD_PRINTED)),
     Indicator(
-        "10, 12 angle - predicted, deg", lambda s: abs(s.bottom_left_deg - s.predicted_deg), more_is_better=False
+        "9 angle off 90 at most, deg",
+        "off_square_deg",
+        lambda s: max(abs(a - 90.0) for a in s.angles),
+        more_is_better=False,
     ),
-    Indicator("11 effective area, px2", lambda s: s.effective_px2),
+    Indicator(
+        "10, 12 angle - predicted, deg",
+        "off_predicted_deg",
+        lambda s: abs(s.bottom_left_deg - s.predicted_deg),
+        more_is_better=False,
+    ),
+    Indicator("11 effective area, px2", "effective_px2", lambda s: s.effective_px2),
 )
 
 
-def roc(right: Sequence[float], wrong: Sequence[float]) -> Tuple[List[float], List[float], float]:
-    """False and true acceptances at each threshold, and the area under their curve (0.5 is a coin's)."""
-    thresholds = np.concatenate([[np.inf], np.sort(np.unique([*right, *wrong]))[::-1]])
-    true = [float(np.mean(np.asarray(right) >= t)) for t in thresholds]
-    false = [float(np.mean(np.asarray(wrong) >= t)) for t in thresholds]
-    return false, true, float(np.trapz(true, false))
+@dataclass(frozen=True)
+class Curve:
+    """How well a number tells right from wrong, threshold by threshold.
+
+    Attributes:
+        thresholds: falling, the first one infinite; at each what has as much or more is taken.
+        false: share of the wrong ones that are taken.
+        true: share of the right ones.
+        area: under the curve; 0.5 is a coin's.
+    """
+
+    thresholds: Tuple[float, ...]
+    false: Tuple[float, ...]
+    true: Tuple[float, ...]
+    area: float
+
+
+def roc(right: Sequence[float], wrong: Sequence[float]) -> Curve:
+    """The receiver operating characteristic of a number of which right ones have more."""
+    thresholds = (np.inf, *np.unique([*right, *wrong])[::-1].tolist())
+    true = tuple(float(np.mean(np.asarray(right) >= t)) for t in thresholds)
+    false = tuple(float(np.mean(np.asarray(wrong) >= t)) for t in thresholds)
+    return Curve(thresholds, false, true, float(np.trapz(true, false)))
 
 
 def plot_indicators(folder: Path, count: int = INDICATOR_VIEWS) -> Path:
-    """Distribution of each indicator for right and wrong tags with its threshold, error rates, and ROC."""
+    """Distribution of each indicator for right and wrong tags with its threshold, error rates, and ROC.
+
+    Only sightings with an outline count. Besides the figure: the rates, every value, and every point of the curves.
+    """
     sightings = [item for item in labelled_sightings(count) if item.sighting.corners is not None]
-    figure, axes = new_figure(15.0, 6.6, len(INDICATORS) + 2, rows=2)
-    rows = []
+    figure, axes = new_figure(18.0, 6.6, len(INDICATORS) + 2, rows=2)
+    rows, points = [], []
     for axis, indicator in zip(axes, INDICATORS):
         right, wrong = (
             [v for item in sightings if item.right == truth for v in [indicator.value(item.sighting)] if np.isfinite(v)]
@@ -169,28 +204,46 @@ def plot_indicators(folder: Path, count: int = INDICATOR_VIEWS) -> Path:
         )
         _histogram(axis, indicator, right, wrong)
         sign = 1.0 if indicator.more_is_better else -1.0
-        false, true, under = roc([sign * v for v in right], [sign * v for v in wrong])
-        axes[-2].plot(false, true, label=f"{indicator.name}: {under:.2f}")
+        curve = roc([sign * v for v in right], [sign * v for v in wrong])
+        points += [
+            [indicator.column, f"{sign * t:.6g}", f"{false:.4f}", f"{true:.4f}"]
+            for t, false, true in zip(curve.thresholds, curve.false, curve.true)
+        ]
+        axes[-2].plot(curve.false, curve.true, label=f"{indicator.name}: {curve.area:.2f}")
         rates = ["", ""]
         if indicator.threshold is not None:
             missed = float(np.mean(np.array(right) <= indicator.threshold))
             taken = float(np.mean(np.array(wrong) > indicator.threshold))
             rates = [f"{missed:.4f}", f"{taken:.4f}"]
             axis.set_title(f"misses {100 * missed:.0f} % right, takes {100 * taken:.0f} % wrong", fontsize=9)
-        rows.append([indicator.name, indicator.threshold, *rates, f"{under:.4f}", len(right), len(wrong)])
+        rows.append([indicator.name, indicator.threshold, *rates, f"{curve.area:.4f}", len(right), len(wrong)])
     axes[-2].set(xlabel="wrong tags taken", ylabel="right tags taken", title="ROC")
     handles, labels = axes[-2].get_legend_handles_labels()
     axes[-1].axis("off")
     axes[-1].legend(handles, labels, fontsize="small", loc="center", title="area under the ROC")
     header = ["indicator", "threshold", "right_missed", "wrong_taken", "area_under_roc", "right", "wrong"]
     write_rows(folder / "tag_indicators.csv", header, rows)
+    write_rows(folder / "tag_roc.csv", ["indicator", "threshold", "wrong_taken", "right_taken"], points)
+    _write_values(folder / "tag_indicator_values.csv", sightings)
     return save_figure(figure, folder / "tag_indicators.png")
+
+
+def _write_values(path: Path, sightings: Sequence[Labelled]) -> None:
+    """A row a sighting: the view, the tag, whether it is on the box, and every indicator."""
+    header = ["view", "tag", "right", *(indicator.column for indicator in INDICATORS)]
+    rows = [
+        [item.view, item.sighting.tag, int(item.right), *(f"{i.value(item.sighting):.6g}" for i in INDICATORS)]
+        for item in sightings
+    ]
+    write_rows(path, header, rows)
 
 
 def _histogram(axis: Any, indicator: Indicator, right: Sequence[float], wrong: Sequence[float]) -> None:
     """Shares of right and of wrong tags by the indicator's value, with the threshold."""
     low, high = np.percentile([*right, *wrong], [2, 98])
     bins = np.geomspace(1.0, max(high, 1e4), 25) if indicator.logarithmic else np.linspace(low, high, 25)
+    if indicator.binary:
+        bins = np.array([-0.25, 0.25, 0.75, 1.25])
     for values, colour, label in ((wrong, "tab:red", "wrong tag"), (right, "tab:green", "right tag")):
         shown = np.clip(values, bins[0], bins[-1])
         axis.hist(shown, bins=bins, weights=np.full(len(shown), 1 / len(shown)), alpha=0.55, color=colour, label=label)

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import subprocess
 import tempfile
 import time
+from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
 from yarm.experiments.run.missions import experiment_command
 from yarm.experiments.study.runner import TrialKind, load_trials, run_trials
 from yarm.experiments.what_if.answer import answers, table
-from yarm.experiments.what_if.cell import Cell, Settings, WhatIfError
+from yarm.experiments.what_if.cell import Cell, Placed, Settings, WhatIfError
 from yarm.experiments.what_if.trial import ROBOTS, WhatIfResult, WhatIfSpec, params_of
 
 AS_IT_IS = "as it is"
@@ -25,6 +25,8 @@ TOLD_EVERY_S = 2.0
 PHYSICS_OPTIONS = ("planner", "particles", "execution", "hidden", "removal")
 """Settings that ``--physics`` knows: options of run_experiment of the same name."""
 Alternative = Tuple[str, Settings]
+ANY_CELL = Cell("a cell that is not there yet", (), fixtures=(Placed("bin_1", "bin", 0.0, 0.0),))
+"""Refuses only what every cell would refuse."""
 
 
 def alternative(text: str) -> Alternative:
@@ -64,10 +66,13 @@ def robot_numbers(text: str) -> List[str]:
     return [str(n) for n in range(int(low), int(high) + 1)] if dots else parts
 
 
-def specs_of(
-    cell: Cell, alternatives: Sequence[Alternative], runs: int, seed: int, more: Mapping[str, Any]
-) -> List[WhatIfSpec]:
-    """What is to be run, the first run of every alternative first.
+def check_question(cell: Cell, alternatives: Sequence[Alternative], runs: int) -> None:
+    """Whether it can be asked, as far as that does not hang on what is in the cell.
+
+    Args:
+        cell: its bins and settings count; ``ANY_CELL`` where it is not there yet.
+        alternatives: as ``alternative`` gives them.
+        runs: of each.
 
     Raises:
         WhatIfError: too much, too little, or faulty settings.
@@ -78,6 +83,19 @@ def specs_of(
         raise WhatIfError(f"{len(alternatives)} alternatives: must be within 1 to {MOST_ALTERNATIVES}")
     if len({name for name, _ in alternatives}) < len(alternatives):
         raise WhatIfError("an alternative stands twice: " + ", ".join(name for name, _ in alternatives))
+    for _, settings in alternatives:
+        params_of(cell, settings)
+
+
+def specs_of(
+    cell: Cell, alternatives: Sequence[Alternative], runs: int, seed: int, more: Mapping[str, Any]
+) -> List[WhatIfSpec]:
+    """What is to be run, the first run of every alternative first.
+
+    Raises:
+        WhatIfError: too much, too little, or faulty settings.
+    """
+    check_question(cell, alternatives, runs)
     if not cell.robots:
         raise WhatIfError(f"{cell.source}: it has no mobile robots")
     if not cell.goals and not cell.scene:
@@ -85,7 +103,6 @@ def specs_of(
             f"{cell.source}: it has no debris and no target, so there is nothing to clear: ask when it has"
         )
     for _, settings in alternatives:
-        params_of(cell, settings)
         if ROBOTS in dict(settings):
             cell.with_robots(int(dict(settings)[ROBOTS]))
     return [WhatIfSpec(cell, name, settings, seed + k, **more) for k in range(runs) for name, settings in alternatives]
@@ -96,7 +113,7 @@ def ask(
     kind: TrialKind[WhatIfSpec, WhatIfResult],
     say: Callable[[str], None],
     scheduler: str = "",
-    workers: int = 0,
+    pool: Optional[Executor] = None,
 ) -> List[WhatIfResult]:
     """Run them all; the answers so far are told every two seconds, once every alternative has one.
 
@@ -104,8 +121,8 @@ def ask(
         specs: as ``specs_of`` gives them.
         kind: kinematic or physics.
         say: takes lines for a person.
-        scheduler: address of a Dask scheduler; empty for local processes.
-        workers: local processes; 0 for one a core, 1 for none but this.
+        scheduler: address of a Dask scheduler; empty for this machine.
+        pool: local processes; without them, and without a scheduler, this one runs all.
 
     Raises:
         StudyError: runs raised.
@@ -124,8 +141,7 @@ def ask(
                 told, first = time.monotonic(), False
                 say(f"{done} of {total} runs after {told - began:.1f} s:\n{table(found)}\n")
 
-        count = workers or min(os.cpu_count() or 1, len(specs))
-        results = run_trials(kind, specs, Path(folder), scheduler, count, on_progress)
+        results = run_trials(kind, specs, Path(folder), scheduler, 1, on_progress, pool)
     say(f"{len(specs)} runs in {time.monotonic() - began:.1f} s:\n{table(answers(results, names))}")
     return results
 

@@ -29,6 +29,10 @@ class WhatIfError(ValueError):
     """A question that cannot be asked; the message says what is wrong and what is allowed."""
 
 
+class NoCellError(RuntimeError):
+    """There is no live cell; the message says what was waited for."""
+
+
 Settings = Tuple[Tuple[str, str], ...]
 """Names and values, as texts."""
 COUNTED = ("planner", "particles", "turns_deg", "execution", "removal", "check_steps")
@@ -107,7 +111,7 @@ def cell_of(scene: Scene, source: str, drawn_from: str = "") -> Cell:
     Raises:
         WhatIfError: it has what the kinematic world does not know.
     """
-    things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
+    things = scene.all_things
     modelled = [thing.name for thing in things if thing.model and thing.kind == ObjectKind.OBSTACLE]
     if modelled:
         raise WhatIfError(f"{source}: {', '.join(modelled)}: the kinematic world knows boxes only; ask with --physics")

@@ -16,10 +16,10 @@ from yarm.experiments.study.runner import TrialKind
 from yarm.experiments.what_if.cell import Cell, Placed, Settings, WhatIfError, cell_of_case
 from yarm.experiments.what_if.world import Fork
 from yarm.params import ParamError, build
-from yarm.planning.fleet.problem import FINER_TURNS_DEG
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.registry import PlannerUnavailableError, make_planner
 from yarm.records import plain, read
+from yarm.robots.turns import FINER_TURNS_DEG
 
 ROBOTS = "robots"
 """The one setting that is no parameter of the Commander: how many robots."""
@@ -150,8 +150,7 @@ def params_of(cell: Cell, settings: Settings, seed: int = 1) -> CommanderParams:
     given = {n: yaml.safe_load(value) for n, value in (*cell.settings, *settings) if n != ROBOTS}
     values.update(given)
     if values["removal"] == Removal.BIN.value and "turns_deg" not in given:
-        finer = tuple(sign * angle for angle in FINER_TURNS_DEG for sign in (1.0, -1.0))
-        values["turns_deg"] = (*PlannerParams.turns_deg, *finer)
+        values["turns_deg"] = (*PlannerParams.turns_deg, *FINER_TURNS_DEG)
     faults = [f"{name}: {why}" for name, why in NOT_HERE.items() if name in given]
     if values["removal"] == Removal.BIN.value and not cell.bins:
         faults.append("removal = 'bin': the cell has no bins")

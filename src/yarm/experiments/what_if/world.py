@@ -37,7 +37,6 @@ from yarm.commander.machine import Commander
 from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
-from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.commander.states import State
 from yarm.control.actions import ArmAction, MobileAction
 from yarm.control.base.controller import BaseController
@@ -66,6 +65,7 @@ from yarm.planning.registry import make_planner
 from yarm.robots import bin as bins
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, ARM_REACH_M, EE_HEIGHT_M
 from yarm.robots.hc10 import PRIVATE_AREA, Station, area_text
+from yarm.robots.shapes import PieceShape, RobotShape
 
 MAP_TICKS = 6
 """Ticks from one map to the next: 10 Hz, and as often clearances are looked at."""
@@ -86,11 +86,10 @@ NO_CELLS: IntArray = np.zeros((0, 3), dtype=np.int64)
 
 @dataclass
 class Mobile:
-    """One mobile robot: its base, the goal it works on, and the ends of the way still to drive."""
+    """One mobile robot: its base, and the goal it works on."""
 
     body: KinematicRobot
     goal: Optional[SendGoal] = None
-    way: Tuple[Pose2, ...] = ()
     hand_s: float = 0.0
     holds: str = ""
 
@@ -161,6 +160,7 @@ class Fork:
         """
         self.now_s, self.done_s, self.least_m, self.refusals = 0.0, math.nan, math.inf, 0
         self.reasons: List[str] = []
+        self.on_plan: Callable[[ShowPlan], None] = lambda shown: None
         self._spec, self._rng, self._ticks = GridSpec(), rng, 0
         tools = Tools(make_planner(params.planner, params.planner_params), np.random.default_rng(params.seed))
         self.commander = Commander(params, tools)
@@ -194,8 +194,12 @@ class Fork:
             Decision: self._note_decision,
         }
 
-    def run(self, state: State, limit_s: float) -> str:
-        """One mission from here; why it did not clear within the limit, s, or "" when it did."""
+    def run(self, state: State, limit_s: float, observe: Callable[[], None] = lambda: None) -> str:
+        """One mission from here; ``observe`` is called with each of its maps.
+
+        Returns:
+            why it did not clear within the limit, s, or "" when it did.
+        """
         for request in (Request(current_state=True), Request(next_state=True)):
             self._do(self.commander.request(request, self.now_s)[1])
         self._until_idle(limit_s)
@@ -206,17 +210,19 @@ class Fork:
         for arm in self.arms:
             arm.pauses, arm.paused_s = int(not arm.enabled), 0.0
         self._do(self.commander.request(Request(jump_state=int(state)), self.now_s)[1])
-        self._until_idle(limit_s)
+        self._until_idle(limit_s, observe)
         status = self.commander.status(self.now_s)
         self.done_s = max(0.0, self.done_s - began_s)
         if status.outcome == "succeeded":
             return ""
         return status.reason or f"not done within {limit_s:.0f} s: {_open(status.tasks)}"
 
-    def _until_idle(self, limit_s: float) -> None:
+    def _until_idle(self, limit_s: float, observe: Callable[[], None] = lambda: None) -> None:
         end_s = self.now_s + limit_s
         while self.commander.busy and self.now_s < end_s:
             self._tick()
+            if self._ticks % MAP_TICKS == 0:
+                observe()
 
     def _tick(self) -> None:
         self.now_s += TICK_S
@@ -234,16 +240,11 @@ class Fork:
             self._step(MapUpdate(self._map()))
 
     def _move(self, name: str, robot: Mobile) -> None:
-        if robot.goal is None:
-            return
         robot.body.step(self.now_s)
-        if robot.body.outcome is Drive.ACTIVE:
+        if robot.goal is None or robot.body.outcome is Drive.ACTIVE:
             return
         if robot.body.outcome is not Drive.SUCCEEDED:
             self._end(name, Outcome.ABORTED, f"the drive ended {robot.body.outcome.value}")
-        elif len(robot.way) > 1:
-            robot.way = robot.way[1:]
-            robot.body.send(robot.way[0])
         elif MobileAction.of(robot.goal.action) in (MobileAction.PICK, MobileAction.DROP):
             self._handle(name, robot)
         else:
@@ -359,8 +360,8 @@ class Fork:
         else:
             robot = self.robots[goal.robot]
             robot.goal, robot.hand_s = goal, 0.0
-            robot.way = tuple(Pose2(place.x, place.y, place.yaw_rad) for place in (*goal.via, goal.target))
-            robot.body.send(robot.way[0])
+            *via, target = (Pose2(place.x, place.y, place.yaw_rad) for place in (*goal.via, goal.target))
+            robot.body.send(target, tuple(via))
 
     def _tell(self, arm: ArmAtWork, goal: SendGoal) -> None:
         if goal.action in (ArmAction.ON.value, ArmAction.OFF.value):
@@ -374,8 +375,7 @@ class Fork:
     def _cancel(self, action: CancelGoal) -> None:
         robot = self.robots.get(action.robot)
         if robot is not None and robot.goal is not None and robot.goal.serial == action.serial:
-            pose = robot.body.pose
-            robot.body.send(pose)
+            robot.body.stop()
             self._end(action.robot, Outcome.PREEMPTED)
 
     def _end(self, name: str, outcome: Outcome, message: str = "") -> None:
@@ -389,6 +389,7 @@ class Fork:
         self._events.append(DeleteDone(action.name, True))
 
     def _note_plan(self, shown: ShowPlan) -> None:
+        self.on_plan(shown)
         self.refusals = max(self.refusals, shown.refusals)
         if shown.refused and shown.refused not in self.reasons:
             self.reasons.append(shown.refused)

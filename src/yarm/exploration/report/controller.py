@@ -6,7 +6,7 @@ from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 
-from yarm.exploration.model import Command, Event, Intent, Observation, Step
+from yarm.exploration.model import Command, Event, Observation, Step
 from yarm.exploration.params import ExploreParams
 from yarm.exploration.report.behaviours import (
     BumpRecovery,
@@ -41,34 +41,19 @@ class ReportController:
         self._exit = FindExit(self._params, self._selection)
         self._stop = Stop(self._params, self._selection)
         self._forward = Forward(self._params)
-        self._behaviour = ""
 
     def step(self, observation: Observation) -> Step:
         """One pass of the loop."""
         self._events.clear()
         rest = None if Deadline.name in self._params.off else self._deadline.step(observation.now_s)
         if rest is not None:
-            return self._ended(rest, Deadline.name, observation, done=True, reason="the time is over")
+            return Step(rest, Deadline.name, done=True, reason="the time is over")
         view = self._watcher.look(observation)
         if view is None:
-            return self._ended(Command(), "waiting", observation, reason="no scan or no odometry yet")
+            return Step(behaviour="waiting", reason="no scan or no odometry yet")
         name, command = self._decide(view)
         self._stuck.add(view, command)
-        return self._ended(command, name, observation, intent=self._frontier.intent)
-
-    def _ended(
-        self,
-        command: Command,
-        name: str,
-        observation: Observation,
-        done: bool = False,
-        reason: str = "",
-        intent: Optional[Intent] = None,
-    ) -> Step:
-        if name != self._behaviour:
-            self._events.append(Event(observation.now_s, "behaviour", (("name", name),)))
-            self._behaviour = name
-        return Step(command, name, tuple(self._events), done, reason, intent or Intent())
+        return Step(command, name, tuple(self._events), intent=self._frontier.intent)
 
     def _decide(self, view: View) -> Tuple[str, Command]:
         """The first behaviour in order, among those that are on, that has something to say."""

@@ -45,7 +45,7 @@ class FrontierMode:
             return None
         if self._follower is not None and self._must_abort(view):
             self._abort(view)
-        if self._follower is None and not self._plan(view):
+        if not self._due or (self._follower is None and not self._plan(view)):
             return None
         if self._follower is None:
             return None

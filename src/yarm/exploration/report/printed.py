@@ -81,7 +81,6 @@ class PrintedController:
         self._pause_until = -math.inf
         self._heading: Optional[float] = None
         self._program: Optional[Program] = None
-        self._behaviour = ""
 
     def step(self, observation: Observation) -> Step:
         """One pass of the loop, or of a motion that blocks it."""
@@ -100,9 +99,6 @@ class PrintedController:
                 name, command = self._program.send(view)
         except StopIteration:
             return Step(Command(), "ended", (), True, "the time is over")
-        if name != self._behaviour:
-            self._events.append(Event(view.now_s, "behaviour", (("name", name),)))
-            self._behaviour = name
         return Step(command, name, tuple(self._events))
 
     def _note_stuck(self, observation: Observation) -> None:
@@ -194,8 +190,10 @@ class PrintedController:
         if view.now_s > FRONTIER_AFTER_S and centre == FRONTIER_CENTRE_M and view.observation.map is not None:
             view = yield from self._frontier(view, view.observation.map)
         if view.now_s > 1.0 and (centre <= STOP_M or centre >= self._far_m):
-            direction = self._at_place(view, direction)
+            direction, began = self._at_place(view, direction), view
             view = yield from self._select(view, direction)
+            if view is began:  # exactly far_m ahead is too far to drive and no reason to turn: it stands for the pass
+                view = yield "selection", Command()
             return view
         self._heading = view.odom.yaw_rad
         if not STOP_M < centre < self._far_m:

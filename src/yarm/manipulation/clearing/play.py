@@ -68,31 +68,54 @@ class FloorRobot:
         """
         self._world, self._rng = world, np.random.default_rng((seed, 1))
         self._samples: Optional[Tuple[FloatArray, FloatArray]] = None
-        self._at = 0
+        self._at, self._lost_s = 0.0, 0.0
         self.press_n = 0.0
+
+    @property
+    def set_points(self) -> FloatArray:
+        """Joints (5,), rad, where the arm's motion is now; without one where they are measured."""
+        return self._world.robot.joints() if self._samples is None else self._sample()[0]
+
+    @property
+    def left_s(self) -> float:
+        """How much of the arm's motion is left, s."""
+        return 0.0 if self._samples is None else max(len(self._samples[0]) - self._at, 0.0) / STEPS_PER_SECOND
 
     def read(self) -> Reading:
         """What the robot knows now."""
         robot = self._world.robot
         pieces = {piece.name: self._seen(piece.name) for piece in self._world.scene.debris}
         force = max(robot.cup.press_n().values(), default=0.0)
-        return Reading(self._world.time_s, robot.pose(), robot.joints(), robot.cup.grasping, force, pieces)
+        now_s = self._world.time_s - self._lost_s
+        return Reading(now_s, robot.pose(), robot.joints(), robot.cup.grasping, force, pieces)
 
-    def tell(self, command: Command) -> None:
-        """Do as told, and let a tick pass."""
+    def tell(self, command: Command, rate: float = 1.0) -> None:
+        """Do as told, and let a tick pass.
+
+        Args:
+            command: what is told.
+            rate: how fast base, arm and the robot's own clock go, 0 to 1: less under ``Brake``.
+        """
         robot = self._world.robot
-        robot.drive(command.velocity)
+        robot.drive(rate * command.velocity)
         if command.suction is not None:
             (robot.cup.on if command.suction else robot.cup.off)()
         if command.motion is not None:
-            self._samples, self._at = _sampled(command.motion), 0
+            self._samples, self._at = _sampled(command.motion), 0.0
         for _ in range(STEPS_PER_TICK):
             if self._samples is not None:
-                q, speed = (part[min(self._at, len(part) - 1)] for part in self._samples)
-                robot.follow(q, speed)
-                self._at += 1
+                q, speed = self._sample()
+                robot.follow(q, rate * speed)
+                self._at += rate
             self._world.step()
+            self._lost_s += (1.0 - rate) / STEPS_PER_SECOND
             self.press_n = max([self.press_n, *robot.cup.press_n().values()])
+
+    def _sample(self) -> Tuple[FloatArray, FloatArray]:
+        """Joints and speeds, (5,) each, where the motion is now."""
+        assert self._samples is not None
+        index = min(int(self._at), len(self._samples[0]) - 1)
+        return self._samples[0][index], self._samples[1][index]
 
     def _seen(self, name: str) -> FloatArray:
         x, y, z = self._rng.uniform(-SEEN_M, SEEN_M, 3)

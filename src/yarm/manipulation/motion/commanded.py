@@ -23,6 +23,8 @@ AT_RAD = 0.05
 """A motion that begins at once begins within this of where each joint is, rad."""
 ROUNDED_RAD = 1e-3
 """Readings may be outside a joint's limits by so much, rad: they are rounded on the way."""
+LONGEST_S = 600.0
+"""A motion takes no longer."""
 SPEED_SHARE = 1.02
 """Greatest share of a joint's speed limit, between two points interpolated from samples of a motion that keeps it."""
 
@@ -54,6 +56,8 @@ def commanded(
     speed = None if rates is None else urdf_rates(_checked("velocities", rates, times)[:, order])
     if not np.all(np.isfinite(times)) or times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
         raise TrajectoryError(f"times {_some(times)} s must be finite, at least 0 and ascending")
+    if times[-1] > LONGEST_S:
+        raise TrajectoryError(f"it takes {times[-1]:.0f} s, at most {LONGEST_S:g}")
     for k in np.flatnonzero(~within_limits(q, ROUNDED_RAD)):
         raise TrajectoryError(f"point {k + 1}: angles {q[k].round(3).tolist()} rad are outside the joints' limits")
     now = np.asarray(present, dtype=float)
@@ -66,7 +70,10 @@ def commanded(
             f"it begins at time 0 {off:.3f} rad from where the arm is, at most {AT_RAD:g}; give its first point time"
         )
     motion = _through(times, q, speed)
-    fastest = float(np.max(np.abs(motion.sampled()[2])))
+    _, between, rates_between, _ = motion.sampled()
+    if not np.all(within_limits(between, ROUNDED_RAD)):
+        raise TrajectoryError("between its points it leaves the joints' limits; give it smaller speeds at them")
+    fastest = float(np.max(np.abs(rates_between)))
     if fastest > SPEED_SHARE * SPEED_RADPS:
         raise TrajectoryError(f"it is {fastest:.2f} rad/s fast, at most {SPEED_RADPS:g}; give it more time")
     return motion

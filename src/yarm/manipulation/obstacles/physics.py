@@ -6,7 +6,7 @@ The check is independent of the planning: another engine, other distances, joint
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Sequence, Set, Tuple
+from typing import Callable, Dict, FrozenSet, List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 import pybullet
@@ -75,6 +75,14 @@ class TaskPlayed:
         return sum(leg.reached for leg in self.legs)
 
 
+ArmWatch = Callable[["ArmWorld"], None]
+"""What looks on: it is given the world after each tick."""
+
+
+def unwatched(world: ArmWorld) -> None:
+    """Nobody looks."""
+
+
 class ArmWorld:
     """A PyBullet world with the arm bolted down and obstacles that stay. Close it, or use it as a context manager."""
 
@@ -104,6 +112,7 @@ class ArmWorld:
         self._touching: Set[str] = set()
         self.tracking_rad = 0.0
         self.time_s = 0.0
+        self.motion: Optional[Trajectory] = None
         for index, angle in zip(self._joints, urdf_angles(scene.start).tolist()):
             pybullet.resetJointState(self._arm, index, angle, physicsClientId=self._client)
 
@@ -117,8 +126,17 @@ class ArmWorld:
         """Free the physics client."""
         pybullet.disconnect(self._client)
 
-    def play(self, motions: Sequence[Trajectory]) -> Tuple[Dict[str, int], FloatArray]:
-        """Follow motions one after the other.
+    @property
+    def touching(self) -> FrozenSet[str]:
+        """Pairs that touch now, as ``LegPlayed`` names them."""
+        return frozenset(self._touching)
+
+    def play(self, motions: Sequence[Trajectory], watch: ArmWatch = unwatched) -> Tuple[Dict[str, int], FloatArray]:
+        """Follow motions one after the other; ``motion`` is the one that is under way.
+
+        Args:
+            motions: of the joints.
+            watch: looks on.
 
         Returns:
             how often each pair began to touch, and the hand's way (m, 3), metres.
@@ -126,6 +144,7 @@ class ArmWorld:
         touches: Dict[str, int] = {}
         hand: List[FloatArray] = []
         for motion in motions:
+            self.motion = motion
             steps = int(np.ceil((motion.duration_s + SETTLE_S) * STEPS_PER_SECOND))
             times = np.minimum(np.arange(1, steps + 1) / STEPS_PER_SECOND, motion.duration_s)
             wanted, speed, _ = motion.evaluate(times)
@@ -133,6 +152,7 @@ class ArmWorld:
             for target, velocity in zip(urdf_angles(wanted), np.where(moving[:, None], speed, 0.0)):
                 self._step(target, velocity, touches)
                 hand.append(self.hand_pose()[:3, 3])
+                watch(self)
         return touches, np.array(hand).reshape(-1, 3)
 
     def hand_pose(self) -> FloatArray:
@@ -142,6 +162,15 @@ class ArmWorld:
         pose[:3, 3] = state[4]
         pose[:3, :3] = np.reshape(pybullet.getMatrixFromQuaternion(state[5]), (3, 3))
         return pose
+
+    def link_frames(self) -> Dict[str, Tuple[float, ...]]:
+        """The frame of each link: x, y, z, metres, arm's frame, and its quaternion x, y, z, w."""
+        states = pybullet.getLinkStates(
+            self._arm, list(range(len(self._links) - 1)), computeForwardKinematics=True, physicsClientId=self._client
+        )
+        root = pybullet.getBasePositionAndOrientation(self._arm, physicsClientId=self._client)
+        found = {name: (*state[4], *state[5]) for name, state in zip(self._links, states)}
+        return {**found, self._links[-1]: (*root[0], *root[1])}
 
     def joints(self) -> FloatArray:
         """Joints (5,), mechanical, rad."""
@@ -204,20 +233,21 @@ class ArmWorld:
         )
 
 
-def play_task(scene: ArmScene, ways: Ways, solid: bool = True) -> TaskPlayed:
+def play_task(scene: ArmScene, ways: Ways, solid: bool = True, watch: ArmWatch = unwatched) -> TaskPlayed:
     """Play all ways of a task.
 
     Args:
         scene: the task.
         ways: how its checkpoints are to be reached.
         solid: see ``ArmWorld``.
+        watch: looks on.
     """
     poses = {point.name: point.pose for point in scene.checkpoints}
     legs = []
     field = ways.variant in FIELDS
     with ArmWorld(scene, solid) as world:
         for leg in ways.legs:
-            touches, hand = world.play(leg.motions)
+            touches, hand = world.play(leg.motions, watch)
             reached = world.hand_pose()
             off = float(np.linalg.norm(reached[:3, 3] - poses[leg.goal][:3, 3]))
             tilt = float(np.linalg.norm(np.cross(reached[:3, 2], poses[leg.goal][:3, 2])))

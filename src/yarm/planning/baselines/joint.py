@@ -16,7 +16,7 @@ import numpy as np
 from yarm.planning.baselines.baseline import BaselinePlanner
 from yarm.planning.cspace.robot_space import Pose, View
 from yarm.planning.fleet.fleet import Fleet, Move, Poses
-from yarm.planning.fleet.joint_plan import StepChoice, path_of, valid
+from yarm.planning.fleet.joint_plan import Conflicts, StepChoice, path_of, valid
 from yarm.planning.fleet.problem import PlanningProblem, explain_failure
 from yarm.planning.fleet.replanning import Memory, waypoint
 from yarm.planning.model.params import PlannerParams
@@ -107,7 +107,8 @@ class JointPlanner(BaselinePlanner):
             found = JointFound([])
         else:
             found = self._find(fleet, active, rng)
-        choice = StepChoice(fleet, found.moves or [], self.params.least_step_cells, problem.off_centre())
+        conflicts = Conflicts(fleet, problem.off_centre())
+        choice = StepChoice(fleet, found.moves or [], self.params.least_step_cells, conflicts)
         steps = choice.choose()
         self._memory.keep(fleet, names, choice.moves)
         self._memory.goals = {} if found.moves is None else goals

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -72,14 +72,22 @@ class Layout:
         image = self._bits_of_set(column_set).reshape(-1, self.stride)[b : b + self.shape[0], b : b + self.shape[1]]
         return np.ascontiguousarray(image)
 
-    def window_of_set(self, column_set: ColumnSet) -> BoolArray:
-        """Boolean image (2 border + 1, 2 border + 1) of a set's columns around column (0, 0)."""
+    def windows_of_sets(self, column_sets: Sequence[ColumnSet]) -> BoolArray:
+        """Boolean images (n, 2 border + 1, 2 border + 1) of the sets' columns around column (0, 0)."""
         side = 2 * self.border + 1
-        return self._bits_of_set(column_set).reshape(-1, self.stride)[:side, :side]
+        within, count = (1 << side * self.stride) - 1, (side * self.stride + 7) // 8
+        raw = b"".join((column_set & within).to_bytes(count, "little") for column_set in column_sets)
+        packed = np.frombuffer(raw, dtype=np.uint8).reshape(-1, count)
+        bits = np.unpackbits(packed, axis=1, bitorder="little")[:, : side * self.stride]
+        windows: BoolArray = bits.reshape(-1, side, self.stride)[:, :, :side].astype(np.bool_)
+        return windows
 
-    def set_of_window(self, window: BoolArray) -> ColumnSet:
-        """The set whose ``window_of_set`` an image is."""
-        return self.set_of_columns(np.argwhere(window) - self.border)
+    def sets_of_windows(self, windows: BoolArray) -> Tuple[ColumnSet, ...]:
+        """The sets whose ``windows_of_sets`` some images are."""
+        flags = np.zeros((*windows.shape[:2], self.stride), dtype=np.uint8)
+        flags[:, :, : windows.shape[2]] = windows
+        packed = np.packbits(flags.reshape(len(windows), -1), axis=1, bitorder="little")
+        return tuple(int.from_bytes(row.tobytes(), "little") for row in packed)
 
     def _bits_of_set(self, column_set: ColumnSet) -> BoolArray:
         raw = np.frombuffer(column_set.to_bytes((self.size + 7) // 8, "little"), dtype=np.uint8)

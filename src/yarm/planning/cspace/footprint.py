@@ -26,6 +26,38 @@ _RIGHT_ANGLE = 0.5 * math.pi
 _SAME_RAD = 1e-6
 
 
+class Smears:
+    """Occupied cells as shapes need them, each made when first asked for and kept.
+
+    A shape at several headings, and shapes of equal heights, need the same.
+    """
+
+    def __init__(self, occupied: CellSet) -> None:
+        """Of cells that shapes are held against."""
+        self._occupied = occupied
+        self._known: Dict[int, Dict[int, ColumnSet]] = {}
+
+    def at(self, bits: int) -> Dict[int, ColumnSet]:
+        """What is occupied at some of the heights ``bits``, by length (see ``smear_down``): 1 and what is known."""
+        known = self._known.get(bits)
+        if known is None:
+            column_set = 0
+            for z, layer in enumerate(self._occupied):
+                if bits >> z & 1:
+                    column_set |= layer
+            known = self._known[bits] = {1: column_set}
+        return known
+
+
+def smear_down(known: Dict[int, ColumnSet], length: int) -> ColumnSet:
+    """Union of ``known[1]`` shifted down by 0, 1, ... length - 1 bits; it and the lesser ones it needs are added."""
+    if length not in known:
+        half = (length + 1) // 2
+        column_set = smear_down(known, half)
+        known[length] = column_set | column_set >> length - half
+    return known[length]
+
+
 @dataclass(frozen=True, eq=False)
 class Shape:
     """Cells of a robot relative to its end effector's column, grouped by equal columns.
@@ -95,21 +127,21 @@ class Shape:
         return dilated(self.cell_set, self.layout.stride)
 
     @cached_property
-    def _rows(self) -> Tuple[Tuple[int, Tuple[Tuple[int, int], ...]], ...]:
-        """For each group its bits and the runs (offset in bits, length) of columns side by side in y."""
+    def _rows(self) -> Tuple[Tuple[int, Tuple[Tuple[int, Tuple[int, ...]], ...]], ...]:
+        """For each group its bits and, by length, the offsets in bits of runs of columns side by side in y."""
         origin = self.layout.bit(0, 0)
         result = []
         for bits, columns in self.groups:
-            runs = []
+            runs: Dict[int, List[int]] = {}
             rest = columns
             while rest:
                 low = rest & -rest
                 first = low.bit_length() - 1
                 after = (rest >> first) + 1
                 length = (after & -after).bit_length() - 1
-                runs.append((first - origin, length))
+                runs.setdefault(length, []).append(first - origin)
                 rest &= ~(((1 << length) - 1) << first)
-            result.append((bits, tuple(runs)))
+            result.append((bits, tuple((length, tuple(offsets)) for length, offsets in sorted(runs.items()))))
         return tuple(result)
 
     def at(self, column: Tuple[int, int]) -> CellSet:
@@ -141,19 +173,18 @@ class Shape:
 
         True only for columns from which the shape lies within the layout's border; that is every column of the grid.
         """
+        return self.blocked_among(Smears(occupied))
+
+    def blocked_among(self, smears: Smears) -> ColumnSet:
+        """The same for cells that other shapes are held against too."""
         blocked = 0
         for bits, runs in self._rows:
-            column_set, z, rest = 0, 0, bits
-            while rest:
-                if rest & 1:
-                    column_set |= occupied[z]
-                z, rest = z + 1, rest >> 1
-            if column_set:
-                smeared: Dict[int, ColumnSet] = {}
-                for offset, length in runs:
-                    if length not in smeared:
-                        smeared[length] = smear_down(column_set, length)
-                    blocked |= smeared[length] >> offset if offset >= 0 else smeared[length] << -offset
+            known = smears.at(bits)
+            if known[1]:
+                for length, offsets in runs:
+                    smeared = known.get(length) or smear_down(known, length)
+                    for offset in offsets:
+                        blocked |= smeared >> offset if offset >= 0 else smeared << -offset
         return blocked
 
     def turned(self, start_rad: float, angle_rad: float, resolution: FloatArray) -> Shape:
@@ -175,13 +206,21 @@ class Shape:
             self._from_here[turn] = self._covered((*turn, float(resolution[0]), float(resolution[1])))
         return self._from_here[turn].turned_by_quarters(quarters % 4)
 
+    def common(self, other: Shape) -> Shape:
+        """The cells that are in another shape too."""
+        pairs = [(p & q, a & b) for p, a in self.groups for q, b in other.groups]
+        return Shape(self.layout, _grouped([(bits, columns) for bits, columns in pairs if bits and columns]))
+
+    def together(self, *others: Shape) -> Shape:
+        """The cells that are in any of the shapes."""
+        return Shape(self.layout, _grouped([*self.groups, *(group for other in others for group in other.groups)]))
+
     def turned_by_quarters(self, quarters: int) -> Shape:
         """The shape turned about the end effector by right angles, counter-clockwise; cells are squares."""
         if quarters == 0:
             return self
-        layout = self.layout
-        turned = [layout.set_of_window(np.rot90(window, quarters)) for window in self._windows]
-        return Shape(layout, tuple((bits, columns) for (bits, _), columns in zip(self.groups, turned)))
+        turned = self.layout.sets_of_windows(np.rot90(self._windows, quarters, axes=(1, 2)))
+        return Shape(self.layout, tuple((bits, columns) for (bits, _), columns in zip(self.groups, turned)))
 
     @cached_property
     def _from_here(self) -> Dict[Tuple[float, float], Shape]:
@@ -189,9 +228,9 @@ class Shape:
         return {}
 
     @cached_property
-    def _windows(self) -> List[BoolArray]:
+    def _windows(self) -> BoolArray:
         """Image of each group."""
-        return [self.layout.window_of_set(columns) for _, columns in self.groups]
+        return self.layout.windows_of_sets([columns for _, columns in self.groups])
 
     @cached_property
     def _columns(self) -> List[List[Tuple[int, int]]]:
@@ -199,7 +238,7 @@ class Shape:
         return [columns_of(columns, self.layout) for _, columns in self.groups]
 
     def _covered(self, turn: Turn) -> Shape:
-        table = _turned_columns(turn, self.layout)
+        table = turned_columns(turn, self.layout)
         table.add(column for columns in self._columns for column in columns)
         groups = []
         for (bits, _), columns in zip(self.groups, self._columns):
@@ -210,20 +249,25 @@ class Shape:
         return Shape(self.layout, tuple(groups))
 
 
+def _grouped(groups: Iterable[Group]) -> Tuple[Group, ...]:
+    """The same cells with each column in one group, that of all its heights."""
+    result: Dict[int, ColumnSet] = {}
+    for bits, columns in groups:
+        rest = columns
+        for known, where in list(result.items()):
+            both = where & rest
+            if both:
+                rest ^= both
+                result[known] ^= both
+                result[known | bits] = result.get(known | bits, 0) | both
+        result[bits] = result.get(bits, 0) | rest
+    return tuple(sorted((bits, columns) for bits, columns in result.items() if columns))
+
+
 def columns_of(column_set: ColumnSet, layout: Layout) -> List[Tuple[int, int]]:
     """Columns (x, y) of a set of columns, in order, those on its border too."""
     stride, border = layout.stride, layout.border
     return [(bit // stride - border, bit % stride - border) for bit in bits_of(column_set)]
-
-
-def smear_down(column_set: ColumnSet, length: int) -> ColumnSet:
-    """Union of the set shifted down by 0, 1, ... length - 1 bits."""
-    done = 1
-    while done < length:
-        step = min(done, length - done)
-        column_set |= column_set >> step
-        done += step
-    return column_set
 
 
 def border_for(masks: Sequence[Mask]) -> int:
@@ -262,26 +306,32 @@ class _TurnedColumns:
                 self._find(missing[part : part + _AT_ONCE], start, angle, size)
 
     def _find(self, columns: List[Tuple[int, int]], start: float, angle: float, size: Sequence[float]) -> None:
-        samples = [_samples(x, y, start, angle, size) for x, y in columns]
-        owner = np.repeat(np.arange(len(columns)), [len(angles) for angles, _ in samples])
-        angles, wider = (np.concatenate(parts) for parts in zip(*samples))
+        owner, angles, wider = _samples(np.array(columns), start, angle, size)
         centres = np.array(columns)[owner] * np.asarray(size)
         whose, bits = _overlapped(centres, angles, wider, size, self._layout)
         self._known.update(zip(columns, self._layout.sets_of_bits(owner[whose], bits, len(columns))))
 
 
 @lru_cache(maxsize=128)
-def _turned_columns(turn: Turn, layout: Layout) -> _TurnedColumns:
+def turned_columns(turn: Turn, layout: Layout) -> _TurnedColumns:
+    """What columns overlap on a turn, kept for all shapes; ``cache_clear`` forgets it."""
     return _TurnedColumns(turn, layout)
 
 
-def _samples(x: int, y: int, start: float, angle: float, size: Sequence[float]) -> Tuple[FloatArray, FloatArray]:
-    """Angles (a,) at which a column is looked at on a turn, rad, and by how much it is taken wider (a,), m."""
-    reach = math.hypot((abs(x) + 0.5) * size[0], (abs(y) + 0.5) * size[1])
-    count = math.ceil(abs(angle) * reach / (ARC_CELLS * min(size)))
-    wider = np.full(count + 1, reach * (angle / max(count, 1) / 2.0) ** 2 / 2.0)
-    wider[[0, -1]] = -1e-6
-    return start + np.linspace(0.0, angle, count + 1), wider
+def _samples(
+    columns: IntArray, start: float, angle: float, size: Sequence[float]
+) -> Tuple[IntArray, FloatArray, FloatArray]:
+    """When columns (n, 2) are looked at on a turn: which (a,), its angle (a,), rad, how much wider it is (a,), m."""
+    reach = np.hypot(*((np.abs(columns) + 0.5) * size).T)
+    count = np.ceil(abs(angle) * reach / (ARC_CELLS * min(size))).astype(np.int64)
+    owner = np.repeat(np.arange(len(columns)), count + 1)
+    last = np.cumsum(count + 1) - 1
+    step = angle / np.maximum(count, 1)
+    angles = (np.arange(len(owner)) - (last - count)[owner]) * step[owner]
+    angles[last[count > 0]] = angle
+    wider = (reach * (step / 2.0) ** 2 / 2.0)[owner]
+    wider[[*(last - count), *last]] = -1e-6
+    return owner, start + angles, wider
 
 
 def _overlapped(

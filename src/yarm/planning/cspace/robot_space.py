@@ -9,7 +9,11 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import remainder
 from typing import Callable, Dict, List, Optional, Sequence, Tuple, TypeVar
+
+import numpy as np
 
 from yarm.geometry import FloatArray, Mask, wrap_angle
 from yarm.planning.cspace.cell_sets import (
@@ -24,7 +28,7 @@ from yarm.planning.cspace.cell_sets import (
     shifted,
     union,
 )
-from yarm.planning.cspace.footprint import Shape
+from yarm.planning.cspace.footprint import Shape, Smears
 
 T = TypeVar("T")
 Pose = Tuple[int, int, int]
@@ -33,6 +37,7 @@ Pose = Tuple[int, int, int]
 SAME_HEADING_RAD = math.radians(0.5)
 _HALF_TURN_RAD = math.radians(179.0)
 _RIGHT_ANGLE = 0.5 * math.pi
+_FULL_TURN_RAD = 2.0 * math.pi
 _SAME_TURN_RAD = 1e-6
 
 
@@ -84,9 +89,9 @@ def headings_from(
 
     Those reachable so from ``home_rad`` follow when the present one is none of them, and the wanted one is the last.
     """
-    headings = _closed([wrap_angle(yaw_rad)], turns, limit)
+    headings = _closed(yaw_rad, turns, limit)
     if home_rad is not None and turns.angles_rad:
-        home = _closed([wrap_angle(home_rad)], turns, limit)
+        home = _closed(home_rad, turns, limit)
         headings += [] if among(headings[0], home) else [other for other in home if not among(other, headings)]
     if wanted_rad is not None and not among(wanted_rad, headings):
         headings.append(wrap_angle(wanted_rad))
@@ -95,17 +100,28 @@ def headings_from(
 
 def among(heading: float, headings: Sequence[float]) -> bool:
     """Whether a heading counts as one of several."""
-    return any(abs(wrap_angle(heading - other)) <= SAME_HEADING_RAD for other in headings)
+    return any(abs(remainder(heading - other, _FULL_TURN_RAD)) <= SAME_HEADING_RAD for other in headings)
 
 
-def _closed(headings: List[float], turns: Turns, limit: int) -> List[float]:
-    """Headings and what turns lead to from them, in the order in which they are come to; at most so many."""
-    for heading in headings:
-        for angle in turns.angles_rad:
+def _closed(heading: float, turns: Turns, limit: int) -> List[float]:
+    """A heading and what turns lead to from it, in the order in which they are come to; at most so many."""
+    headings = [wrap_angle(heading)]
+    for before, angle in _ways_round(turns.angles_rad, limit):
+        headings.append(wrap_angle(headings[before] + angle))
+    return headings
+
+
+@lru_cache(maxsize=64)
+def _ways_round(angles_rad: Tuple[float, ...], limit: int) -> Tuple[Tuple[int, float], ...]:
+    """For each heading but the first that turns lead to, the number of the one it is come to from, and the turn."""
+    headings, ways = [0.0], []
+    for i, heading in enumerate(headings):
+        for angle in angles_rad:
             new = wrap_angle(heading + angle)
             if len(headings) < limit and not among(new, headings):
                 headings.append(new)
-    return headings
+                ways.append((i, angle))
+    return tuple(ways)
 
 
 def shape_of(mask: Mask, layout: Layout, cache: ShapeCache) -> Shape:
@@ -161,8 +177,14 @@ class RobotSpace:
         self._blocked: Dict[int, ColumnSet] = {}
         self._turn_blocked: Dict[Tuple[int, int], ColumnSet] = {}
         self._turn_angles: Dict[Tuple[int, int], Optional[float]] = {}
+        self._smears = Smears(obstacles)
         home = () if home_rad is None else headings_from(home_rad, turns, None)
         self._home = [among(heading, home) for heading in headings]
+
+    @property
+    def resolution(self) -> FloatArray:
+        """Size of a cell, m."""
+        return self._resolution
 
     def shape(self, h: int) -> Shape:
         """Shape at a heading."""
@@ -182,21 +204,37 @@ class RobotSpace:
         return self._turned(first, angle) if self._mask_at is None else self._swept_turn(h, k, angle)
 
     def _swept_turn(self, h: int, k: int, angle: float) -> Shape:
-        """What the shape at one end of a turn covers on the way to the other, the same whichever way it is made."""
-        start, angle = k if angle < 0.0 else h, abs(angle)
-        return self._cache.get(("turn", self.shape(start), round(angle, 6)), lambda: self._turn_from(start, angle))
+        """What the robot covers on the way from one end of a turn to the other, whichever way it is made.
 
-    def _turn_from(self, start: int, angle: float) -> Shape:
-        """By symmetry from the same turn in the first quarter, where the shape is just the same there."""
-        quarters = math.floor(wrap_angle(self.headings[start]) / _RIGHT_ANGLE)
-        first = self.headings[start] - quarters * _RIGHT_ANGLE
-        same = [r for r, yaw in enumerate(self.headings) if abs(wrap_angle(yaw - first)) < _SAME_TURN_RAD]
+        The shapes at both ends cover the robot. So whatever it covers in between is covered by the first, turned on,
+        and by the second, turned back.
+        """
+        start, end, angle = (k, h, -angle) if angle < 0.0 else (h, k, angle)
+        before, after = self.shape(start), self.shape(end)
+        return self._cache.get(
+            ("turn", before, after, round(angle, 6)),
+            lambda: (
+                self._while_turning(start, 0.0, angle)
+                .common(self._while_turning(end, -angle, angle))
+                .together(before, after)
+            ),
+        )
+
+    def _while_turning(self, h: int, first: float, angle: float) -> Shape:
+        """What the shape at a heading covers from an angle off it, and turned by another from there, rad.
+
+        By symmetry from the same turn in the first quarter, where the shape is just the same there.
+        """
+        quarters = math.floor(wrap_angle(self.headings[h]) / _RIGHT_ANGLE)
+        heading = self.headings[h] - quarters * _RIGHT_ANGLE
+        same = [r for r, yaw in enumerate(self.headings) if abs(wrap_angle(yaw - heading)) < _SAME_TURN_RAD]
         square = self._resolution[0] == self._resolution[1]
-        if quarters and same and square and self._is_turned(same[0], quarters, start):
-            key = ("turn", self.shape(same[0]), round(angle, 6))
-            turn = self._cache.get(key, lambda: self._turn_from(same[0], angle))
-            return turn.turned_by_quarters(quarters % 4)
-        return self.shape(start).turned(0.0, angle, self._resolution)
+        if not (quarters and same and square and self._is_turned(same[0], quarters, h)):
+            same, quarters = [h], 0
+        whose = self.shape(same[0])
+        key = ("turning", whose, round(first, 6), round(angle, 6))
+        turning = self._cache.get(key, lambda: whose.turned(first, angle, self._resolution))
+        return turning.turned_by_quarters(quarters % 4)
 
     def _is_turned(self, r: int, quarters: int, h: int) -> bool:
         """Whether the shape at one heading is that at another turned by right angles."""
@@ -212,17 +250,25 @@ class RobotSpace:
         """Angle of the turn between two headings, rad; None when it is not an allowed one."""
         if (h, k) not in self._turn_angles:
             angle = wrap_angle(self.headings[k] - self.headings[h])
-            allowed = any(abs(wrap_angle(angle - turn)) <= SAME_HEADING_RAD for turn in self.turns.angles_rad)
             free_choice = k == self.wanted and abs(angle) < _HALF_TURN_RAD
             back = self._home[k] and not self._home[h] and abs(angle) < self.turns.least_rad
-            self._turn_angles[h, k] = angle if h != k and (allowed or free_choice or back) else None
+            self._turn_angles[h, k] = angle if h != k and (self._allowed[h][k] or free_choice or back) else None
         return self._turn_angles[h, k]
+
+    @cached_property
+    def _allowed(self) -> List[List[bool]]:
+        """Whether an allowed turn leads from a heading to another."""
+        headings = np.array(self.headings)
+        off = (headings - headings[:, None])[:, :, None] - np.array(self.turns.angles_rad)
+        off -= _FULL_TURN_RAD * np.rint(off / _FULL_TURN_RAD)
+        allowed: List[List[bool]] = (np.abs(off) <= SAME_HEADING_RAD).any(axis=2).tolist()
+        return allowed
 
     def blocked(self, h: int) -> ColumnSet:
         """Columns where the robot cannot stand at a heading: something within the margin, or out of the volume."""
         if h not in self._blocked:
             shape = self.shape(h)
-            self._blocked[h] = shape.blocked_by(self.obstacles) | ~self._inside(shape, h == 0) & self.layout.field
+            self._blocked[h] = shape.blocked_among(self._smears) | ~self._inside(shape, h == 0) & self.layout.field
         return self._blocked[h]
 
     def turn_blocked(self, h: int, k: int) -> ColumnSet:
@@ -230,7 +276,7 @@ class RobotSpace:
         h, k = min(h, k), max(h, k)
         if (h, k) not in self._turn_blocked:
             shape = self.turn_shape(h, k)
-            blocked = shape.blocked_by(self.obstacles) | ~self._inside(shape, False) & self.layout.field
+            blocked = shape.blocked_among(self._smears) | ~self._inside(shape, False) & self.layout.field
             self._turn_blocked[h, k] = blocked | self.blocked(h) | self.blocked(k)
         return self._turn_blocked[h, k]
 
@@ -295,7 +341,7 @@ class View:
         self.space = space
         self._border, self._stride = space.layout.border, space.layout.stride
         self._others = others
-        self._near = near
+        self._near = [Smears(cell_set) for cell_set in near]
         self._blocked: Dict[int, ColumnSet] = {}
         self._turn_blocked: Dict[Tuple[int, int], ColumnSet] = {}
 
@@ -318,9 +364,9 @@ class View:
         for other, (x, y, other_h) in self._others:
             table = space.pair_table(h, turn, other, other_h)
             column_set |= shifted(table, (x - border) * space.layout.stride + y - border)
-        for cell_set in self._near:
+        for smears in self._near:
             shape = space.shape(h) if turn is None else space.turn_shape(h, turn)
-            column_set |= shape.blocked_by(cell_set)
+            column_set |= shape.blocked_among(smears)
         return column_set
 
     def stands(self, pose: Pose) -> bool:
@@ -338,6 +384,11 @@ class View:
         if self.space.turn_angle(h, k) is None:
             return False
         return not self.turn_blocked(h, k) >> (x + self._border) * self._stride + y + self._border & 1
+
+    def known_blocked(self, x: int, y: int, h: int, k: int) -> bool:
+        """Whether it is known without making a table that the robot cannot turn between two headings at a column."""
+        blocked = self._turn_blocked.get((h, k) if h < k else (k, h), 0) or self._blocked.get(k, 0)
+        return bool(blocked >> (x + self._border) * self._stride + y + self._border & 1)
 
     def line(self, ax: int, ay: int, bx: int, by: int, h: int) -> bool:
         """Whether the robot can go straight between two columns of the grid at a heading."""

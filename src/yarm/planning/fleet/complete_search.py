@@ -16,7 +16,7 @@ from yarm.planning.roadmap.search import Path, shortened, straight_runs
 
 WORK = 220_000_000
 """Look-ups of two robots in one call, about two seconds of a core."""
-IMPROVING = 20_000_000
+IMPROVING = 40_000_000
 """Look-ups to make a plan cheaper."""
 MEMORY_BYTES = 384 << 20
 """What the configurations visited may take."""
@@ -48,6 +48,11 @@ class CompleteSearch:
     def work(self) -> int:
         """Look-ups made."""
         return self._joint.work
+
+    @property
+    def by_exchange(self) -> bool:
+        """Whether what is proved is so by the exchanges of equal robots that can be made, not by looking everywhere."""
+        return self._joint.by_exchange
 
     @property
     def proved(self) -> bool:

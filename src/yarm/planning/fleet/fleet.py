@@ -43,6 +43,7 @@ class Fleet:
         self.starts: Poses = tuple(space.start for space in spaces)
         self._views: Dict[Tuple[int, Poses], View] = {}
         self._alone: Dict[Tuple[int, Target], Optional[Path]] = {}
+        self._paths: Dict[Tuple[View, Pose, Target], Optional[Path]] = {}
         self._close: Set[Tuple[int, int]] = set()
         for i, one in enumerate(spaces):
             for j in range(i):
@@ -70,6 +71,13 @@ class Fleet:
             self._views[key] = View(space, others, near)
         return self._views[key]
 
+    def path(self, view: View, start: Pose, target: Target) -> Optional[Path]:
+        """Way of a view's robot from a pose to a target; looked for once, since orders of robots share beginnings."""
+        key = view, start, target
+        if key not in self._paths:
+            self._paths[key] = find_path(view, self.roadmap, start, target)
+        return self._paths[key]
+
     def alone(self, i: int, target: Optional[Target] = None) -> Optional[Path]:
         """Way of a robot from its start to a target, its own unless given, if no other robot were there."""
         target = target or self.targets[i]
@@ -77,7 +85,7 @@ class Fleet:
             return None
         if (i, target) not in self._alone:
             view = self.view(i, self.starts, range(len(self.spaces)))
-            self._alone[i, target] = find_path(view, self.roadmap, self.starts[i], target)
+            self._alone[i, target] = self.path(view, self.starts[i], target)
         return self._alone[i, target]
 
     def restrict(self, robots: Collection[int]) -> None:

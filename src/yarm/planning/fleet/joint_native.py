@@ -85,6 +85,7 @@ def _library(path: Path) -> Any:
     library.yarmJointPlan.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     library.yarmJointPlan.restype = None
     library.yarmJointLength.argtypes = [ctypes.c_void_p]
+    library.yarmJointByExchange.argtypes = [ctypes.c_void_p]
     for name in ("yarmJointCost", "yarmJointVisited", "yarmJointWork"):
         getattr(library, name).argtypes = [ctypes.c_void_p]
         getattr(library, name).restype = ctypes.c_int64
@@ -197,6 +198,11 @@ class NativeJoint:
     def run(self, work: int) -> Outcome:
         """Search on for about ``work`` look-ups."""
         return Outcome(self._library.yarmJointRun(self._joint, work))
+
+    @property
+    def by_exchange(self) -> bool:
+        """Whether what is impossible is so by the exchanges of robots of one kind that can be made."""
+        return bool(self._library.yarmJointByExchange(self._joint))
 
     def improve(self, work: int) -> None:
         """Make the plan found cheaper, with about ``work`` look-ups."""

@@ -30,6 +30,55 @@ def path_of(fleet: Fleet, moves: Sequence[Move], i: int) -> Tuple[Pose, ...]:
     return (fleet.starts[i], *(move.end for move in moves if move.robot == i))
 
 
+class Conflicts:
+    """Which moves of a fleet must keep their order: those whose sweeps, with the margin, are not disjoint."""
+
+    def __init__(self, fleet: Fleet, off_centre: Collection[int] = ()) -> None:
+        """Nothing looked at yet.
+
+        Args:
+            fleet: spaces.
+            off_centre: robots that do not stand on their column's centre, so that they really move beside the way
+                planned by less than a cell; two of them moving at once keep one more cell apart.
+        """
+        self._fleet = fleet
+        self._off_centre = off_centre
+        self._swept: Dict[Move, CellSet] = {}
+        self._grown: Dict[Move, CellSet] = {}
+        self._known: Dict[Tuple[Move, Move], bool] = {}
+
+    def between(self, one: Move, other: Move) -> bool:
+        """Whether a move must not be made at the same time as another, earlier one."""
+        if (one, other) not in self._known:
+            self._known[one, other] = self._touch(one, other)
+        return self._known[one, other]
+
+    def with_cells(self, move: Move, grown: CellSet) -> bool:
+        """Whether a move touches cells that are grown by the margin already."""
+        swept = self._swept_by(move)
+        if move.robot in self._off_centre:
+            swept = dilated(swept, self.stride(move.robot))
+        return overlap(swept, grown)
+
+    def stride(self, i: int) -> int:
+        """Of a robot's layout."""
+        return self._fleet.spaces[i].layout.stride
+
+    def _touch(self, one: Move, other: Move) -> bool:
+        if other not in self._grown:
+            self._grown[other] = dilated(self._swept_by(other), self.stride(other.robot))
+        if overlap(self._swept_by(one), self._grown[other]):
+            return True
+        if one.robot in self._off_centre and other.robot in self._off_centre:
+            return overlap(dilated(self._swept_by(one), self.stride(one.robot)), self._grown[other])
+        return False
+
+    def _swept_by(self, move: Move) -> CellSet:
+        if move not in self._swept:
+            self._swept[move] = self._fleet.spaces[move.robot].swept(move.start, move.end)
+        return self._swept[move]
+
+
 class StepChoice:
     """Which of the moves may be made at once.
 
@@ -43,7 +92,7 @@ class StepChoice:
         fleet: Fleet,
         moves: Sequence[Move],
         least_cells: int,
-        off_centre: Collection[int] = (),
+        conflicts: Optional[Conflicts] = None,
         under_way: Optional[Mapping[int, CellSet]] = None,
     ) -> None:
         """Choose among the moves of a fleet.
@@ -52,17 +101,15 @@ class StepChoice:
             fleet: spaces.
             moves: joint plan.
             least_cells: a robot that must wait moves up to the conflict when that is as far as this.
-            off_centre: robots that do not stand on their column's centre, so that they really move beside the way
-                planned by less than a cell; two of them moving at once keep one more cell apart.
+            conflicts: of the fleet's moves, when some were looked at already.
             under_way: what is swept by moves being made already, by the robot that makes them; they come before all.
         """
         self._fleet = fleet
         self.moves = list(moves)
         self._least = least_cells
-        self._off_centre = off_centre
-        self._under_way = {i: dilated(cells, self._stride(i)) for i, cells in (under_way or {}).items()}
-        self._swept: Dict[Move, CellSet] = {}
-        self._grown: Dict[Move, CellSet] = {}
+        self._conflicts = conflicts or Conflicts(fleet)
+        grown = {i: dilated(cells, self._conflicts.stride(i)) for i, cells in (under_way or {}).items()}
+        self._under_way: Dict[int, CellSet] = grown
 
     def choose(self) -> Dict[int, Pose]:
         """End of the move each robot makes now; robots not named stay. ``moves`` may have been split for it."""
@@ -83,16 +130,12 @@ class StepChoice:
         """Indices of the earlier moves of others that a move must not be made before."""
         move = self.moves[index]
         earlier = enumerate(self.moves[:index])
-        return tuple(k for k, other in earlier if other.robot != move.robot and self._conflict(move, other))
+        return tuple(k for k, other in earlier if other.robot != move.robot and self._conflicts.between(move, other))
 
     def behind(self, move: Move) -> Tuple[int, ...]:
         """Other robots whose moves under way a move is not disjoint from."""
-        if not any(i != move.robot for i in self._under_way):
-            return ()
-        swept = self._swept_by(move)
-        if move.robot in self._off_centre:
-            swept = dilated(swept, self._stride(move.robot))
-        return tuple(i for i, grown in self._under_way.items() if i != move.robot and overlap(swept, grown))
+        others = ((i, grown) for i, grown in self._under_way.items() if i != move.robot)
+        return tuple(i for i, grown in others if self._conflicts.with_cells(move, grown))
 
     def _possible(self, index: int) -> Optional[Pose]:
         move = self.moves[index]
@@ -120,25 +163,7 @@ class StepChoice:
         return [Move(move.robot, move.start, middle), Move(move.robot, middle, move.end)]
 
     def _held_up(self, move: Move, earlier: Iterable[Move]) -> bool:
-        return bool(self.behind(move)) or any(self._conflict(move, other) for other in earlier)
-
-    def _conflict(self, one: Move, other: Move) -> bool:
-        if other not in self._grown:
-            swept = self._fleet.spaces[other.robot].swept(other.start, other.end)
-            self._grown[other] = dilated(swept, self._stride(other.robot))
-        if overlap(self._swept_by(one), self._grown[other]):
-            return True
-        if one.robot in self._off_centre and other.robot in self._off_centre:
-            return overlap(dilated(self._swept_by(one), self._stride(one.robot)), self._grown[other])
-        return False
-
-    def _swept_by(self, move: Move) -> CellSet:
-        if move not in self._swept:
-            self._swept[move] = self._fleet.spaces[move.robot].swept(move.start, move.end)
-        return self._swept[move]
-
-    def _stride(self, i: int) -> int:
-        return self._fleet.spaces[i].layout.stride
+        return bool(self.behind(move)) or any(self._conflicts.between(move, other) for other in earlier)
 
 
 def planned_moves(choice: StepChoice, fleet: Fleet, names: Sequence[str]) -> Tuple[PlannedMove, ...]:

@@ -18,8 +18,10 @@ from yarm.planning.cspace.robot_space import Pose
 from yarm.planning.fleet.fleet import Fleet, Move, Progress, free_path
 from yarm.planning.fleet.goal_headings import Targets, target_choices
 from yarm.planning.fleet.pushing import push_through, stroll
-from yarm.planning.roadmap.search import Path, Target, find_path, path_cost
+from yarm.planning.roadmap.search import Path, Target, path_cost
 
+Trial = Tuple[Tuple[int, ...], Targets, int, Optional[np.random.Generator]]
+"""An order of the robots, targets, how many may be pushed aside, and chance when it has a say."""
 CHOICES = 6
 """Choices of headings on the targets that are tried before chance takes over."""
 
@@ -37,7 +39,7 @@ class JointSearch:
         """
         self._fleet = fleet
         self._robots = tuple(robots)
-        self._limit = limit
+        self.limit = limit
         self._pushes = 4 * len(fleet.spaces)
         self.rounds = 0
 
@@ -51,16 +53,56 @@ class JointSearch:
         moves = self._promising(choices[:CHOICES], 0) or self._promising(choices[:CHOICES], self._pushes)
         if moves is None and len(self._robots) > 1:
             moves = self._other_orders(choices[:2])
-        while moves is None and self.rounds < self._limit:
+        while moves is None and self.rounds < self.limit:
             targets = choices[int(rng.integers(len(choices)))]
             order = tuple(int(i) for i in rng.permutation(self._robots))
             moves = self._in_order(order, targets, self._pushes, rng)
         return moves
 
+    def candidates(self, rng: np.random.Generator, more: int, all_orders: bool = True) -> Iterator[List[Move]]:
+        """Different joint plans, until the limit when there are none, else until so many rounds after the first.
+
+        Args:
+            rng: of what chance tries.
+            more: so many rounds.
+            all_orders: try all orders before chance takes over; false: only the most promising one.
+        """
+        seen: Set[Tuple[Move, ...]] = set()
+        for order, targets, pushes, chance in self._trials(rng, all_orders):
+            moves = self._in_order(order, targets, pushes, chance)
+            if moves is not None and tuple(moves) not in seen:
+                self.limit = self.limit if seen else self.rounds + more
+                seen.add(tuple(moves))
+                yield moves
+            if self.rounds >= self.limit or moves == []:
+                return
+
+    def _trials(self, rng: np.random.Generator, all_orders: bool) -> Iterator[Trial]:
+        """What may be tried: the most promising first, at last chance for ever."""
+        choices = target_choices(self._fleet, self._robots)
+        if all_orders:
+            yield from self._planned_trials(choices)
+        else:
+            yield self._first_order(choices[0]), choices[0], 0, None
+        while True:
+            targets = choices[int(rng.integers(min(CHOICES, len(choices))))]
+            order = tuple(int(i) for i in rng.permutation(self._robots))
+            yield order, targets, self._pushes, rng if all_orders or rng.random() < 0.5 else None
+
+    def _planned_trials(self, choices: Sequence[Targets]) -> Iterator[Trial]:
+        for pushes in (0, self._pushes):
+            for targets in choices[:CHOICES]:
+                yield self._first_order(targets), targets, pushes, None
+        if len(self._robots) > 1:
+            for pushes in (0, self._pushes):
+                for targets in choices[:2]:
+                    for order in _orders(self._first_order(targets)):
+                        yield order, targets, pushes, None
+
     def _promising(self, choices: Sequence[Targets], pushes: int) -> Optional[List[Move]]:
         """With each choice of headings, the order in which robots clear the way of others and do not end in it."""
         for targets in choices:
-            if self.rounds >= self._limit:
+            if self.rounds >= self.limit:
                 return None
             moves = self._in_order(self._first_order(targets), targets, pushes, None)
             if moves is not None:
@@ -71,7 +113,7 @@ class JointSearch:
         for pushes in (0, self._pushes):
             for targets in choices:
                 for order in _orders(self._first_order(targets)):
-                    if self.rounds >= self._limit:
+                    if self.rounds >= self.limit:
                         return None
                     moves = self._in_order(order, targets, pushes, None)
                     if moves is not None:
@@ -99,7 +141,7 @@ class JointSearch:
             if i is None and pushes > 0:
                 pushes -= 1
                 i = next((i for i in pending if push_through(fleet, state, i, targets[i], rng)), None)
-            if i is None or self.rounds >= self._limit:
+            if i is None or self.rounds >= self.limit:
                 return None
             pending = [j for j in order if not targets[j].holds(state.poses[j])]
             pending.sort(key=lambda j: (j == i, order.index(j)))
@@ -149,7 +191,7 @@ def _walk(fleet: Fleet, state: Progress, i: int, target: Target) -> bool:
     if alone is None:
         return False
     if state.poses[i] != alone[0] or not free_path(view, alone):
-        path = find_path(view, fleet.roadmap, state.poses[i], target)
+        path = fleet.path(view, state.poses[i], target)
     if path is None:
         return False
     state.go(i, path)

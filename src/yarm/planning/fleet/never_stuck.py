@@ -18,7 +18,7 @@ from yarm.planning.roadmap.roadmap import Roadmap
 
 LEAST_SHARE = 8
 """A call that follows failures of the same goals may take 1/2, 1/4, ... of ``WORK``, but not less than 1 / this."""
-CAUSE_WORK = WORK
+CAUSE_WORK = WORK // 4
 """Look-ups to find the smallest set of robots and things that make a fleet's goals impossible."""
 CAUSES = 16
 """Robots and things tried to be left out, at most."""
@@ -44,6 +44,11 @@ class NeverStuck:
         self._search: Optional[CompleteSearch] = None
         self.proof = ""
         """Why the goals of the last call cannot all be reached, in a sentence; empty when that is not proved."""
+
+    @property
+    def searches(self) -> bool:
+        """Whether there is a complete search for the last problem; there is none where the library is not built."""
+        return self._search is not None
 
     @property
     def visited(self) -> int:
@@ -76,10 +81,10 @@ class NeverStuck:
         found = self._search.run(fleet, work)
         if self._search.proved and not self.proof:
             names = [problem.robots[i].name for i in robots]
-            self.proof = self._sentence(problem.request, names, self._search.visited)
+            self.proof = self._sentence(problem.request, names, self._search)
         return found
 
-    def _sentence(self, request: PlanRequest, names: Sequence[str], visited: int) -> str:
+    def _sentence(self, request: PlanRequest, names: Sequence[str], search: CompleteSearch) -> str:
         """Who and what make it impossible: each one left out, there would be a plan."""
         left = [CAUSE_WORK]
 
@@ -103,9 +108,7 @@ class NeverStuck:
         between = [*beside, *(name for name in narrowed.objects if name not in request.goals)]
         others = f" past {', '.join(between)}" if between else ""
         tail = "; it would be possible without any one of these" if is_smallest else ""
-        tried = f"all {visited} places of the fleet that can be reached have been tried"
-        why = tried if visited else "they cannot stand there together"
-        return f"no order of moves through any cell brings {' and '.join(goals)}{others}: {why}{tail}"
+        return f"no order of moves through any cell brings {' and '.join(goals)}{others}: {_why(search)}{tail}"
 
     def _outcome(self, request: PlanRequest, work: int) -> Tuple[Outcome, int]:
         """How the search of another request ends within some look-ups, and how many it took."""
@@ -116,6 +119,14 @@ class NeverStuck:
         search = make_complete_search(fleet, range(len(problem.robots)))
         assert search is not None
         return search.outcome_within(work), search.work
+
+
+def _why(search: CompleteSearch) -> str:
+    if not search.visited:
+        return "they cannot stand there together"
+    if search.by_exchange:
+        return f"{search.visited} places looked at, and no exchange of equal robots that can be made leads there"
+    return f"all {search.visited} places of the fleet that can be reached have been tried"
 
 
 _NOWHERE = Roadmap.of(np.zeros((0, 2), dtype=np.int64))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -26,9 +27,8 @@ from yarm.planning.model import request_check as check
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import PlanRequest, PlanStatus, Robot
 from yarm.planning.roadmap.search import Target, reachable
+from yarm.robots.turns import FINER_TURNS_DEG
 
-FINER_TURNS_DEG = (45.0,)
-"""Turns tried when no allowed one lets a robot stand on its goal, to say whether they would."""
 CENTRED_M = 1e-6
 """An end effector nearer to its column's centre, m, is on it."""
 
@@ -53,7 +53,7 @@ class PlanningProblem:
 
         Args:
             request: map, robots and assignments.
-            turns: allowed turns.
+            turns: allowed turns, of robots that have none of their own.
             cache: kept shapes.
             only: name of the one robot to plan for, all the others taken away; None for all.
             margin: keep the margin to what does not move; without it a plan is no safe one, but says what it costs.
@@ -72,6 +72,8 @@ class PlanningProblem:
         return problem
 
     def _add(self, robot: Robot, turns: Turns, cache: ShapeCache, margin: bool) -> None:
+        if robot.turns_deg is not None:
+            turns = replace(turns, angles_rad=turns_of(robot.turns_deg).angles_rad)
         goal = check.assigned_goal(robot, self.request)
         usable = goal if goal is not None and check.goal_fault(robot, self.request) is None else None
         wanted_yaw = None if usable is None else usable.yaw_rad
@@ -206,7 +208,7 @@ def _what_would_do(problem: PlanningProblem, i: int) -> str:
     free = [round(math.degrees(yaw)) for h, yaw in enumerate(space.headings) if not space.blocked(h) >> bit & 1]
     if not free:
         return ""
-    turns = " or ".join(f"{angle:g}" for angle in FINER_TURNS_DEG)
+    turns = " or ".join(f"{angle:g}" for angle in FINER_TURNS_DEG if angle > 0.0)
     return f"; with turns of {turns} deg (turns_deg) it could stand there at {', '.join(map(str, sorted(free)))} deg"
 
 

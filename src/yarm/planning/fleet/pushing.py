@@ -15,7 +15,7 @@ import numpy as np
 from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, bits_of, dilated, union
 from yarm.planning.cspace.robot_space import View
 from yarm.planning.fleet.fleet import Fleet, Progress, free_path
-from yarm.planning.roadmap.search import Path, Target, find_path, flood, merged, shortened, wander
+from yarm.planning.roadmap.search import Path, Target, flood, merged, shortened, wander
 
 
 def push_through(
@@ -34,7 +34,7 @@ def push_through(
         whether it worked.
     """
     everybody = range(len(fleet.spaces))
-    path = find_path(fleet.view(i, state.poses, everybody), fleet.roadmap, state.poses[i], target)
+    path = fleet.path(fleet.view(i, state.poses, everybody), state.poses[i], target)
     if path is None:
         return False
     trial = state.copy()

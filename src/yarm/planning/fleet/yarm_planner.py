@@ -15,11 +15,12 @@ from yarm.params import build
 from yarm.planning.cspace.cell_sets import CellSet
 from yarm.planning.cspace.robot_space import ShapeCache
 from yarm.planning.fleet.fleet import Fleet, Move
-from yarm.planning.fleet.joint_plan import StepChoice, path_of, planned_moves, valid
+from yarm.planning.fleet.joint_plan import Conflicts, StepChoice, path_of, planned_moves, valid
 from yarm.planning.fleet.joint_search import JointSearch
 from yarm.planning.fleet.never_stuck import NeverStuck
 from yarm.planning.fleet.problem import PlanningProblem, explain_failure, turns_of
 from yarm.planning.fleet.replanning import GoalKey, Memory, waypoint
+from yarm.planning.fleet.schedule import Pace, alone_s, duration, soonest
 from yarm.planning.model import request_check as check
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import FleetPlan, PlanRequest, PlanStatus, RobotPlan, Waypoint
@@ -32,8 +33,18 @@ SHARE = 5
 """Steps over which the rounds of the limit are spread."""
 MOST_ENTERED = 2
 """Times that the places of all robots may be entered again for the same goals without a plan for all."""
+DEARER_TURNS = 0.5
+"""Share of ``turn_deg_per_cell`` at which plans that are to take little time are looked for, too: turning is slow."""
+MORE_ROUNDS = 120
+"""Rounds in which a plan that takes less time than the first is looked for."""
+FEW_ROUNDS, WORTH_TRYING = 20, 1.2
+"""Rounds in which one is looked for while a plan is carried out that takes so many times the slowest robot alone."""
 SUBSETS = 6
 """Subsets of one size tried when the whole fleet finds no joint plan."""
+ALL_SUBSETS = 24
+"""Subsets tried in all, the largest first."""
+CROWD = 12
+"""Robots with a goal beyond which orders of them and pushing are no cheap attempts."""
 
 
 class YarmPlanner:
@@ -47,6 +58,8 @@ class YarmPlanner:
         """
         self.params = build(PlannerParams, dataclasses.asdict(params or PlannerParams()))
         self._turns = turns_of(self.params.turns_deg, self.params.turn_deg_per_cell)
+        self._dearer = turns_of(self.params.turns_deg, DEARER_TURNS * self.params.turn_deg_per_cell)
+        self._pace = Pace()
         self._cache = ShapeCache()
         self._never_stuck = NeverStuck(self._turns, self._cache)
         self.reset()
@@ -81,8 +94,9 @@ class YarmPlanner:
         plans.update(_goal_plans(problem, fleet, known))
         open_robots = [i for i, robot in enumerate(problem.robots) if problem.targets[i] and robot.name not in plans]
         fleet.restrict(open_robots)
-        moves, rounds = self._moves(problem, fleet, open_robots, kept, rng)
-        choice = StepChoice(fleet, moves, self.params.least_step_cells, problem.off_centre(), problem.under_way())
+        conflicts = Conflicts(fleet, problem.off_centre())
+        moves, rounds = self._moves(problem, fleet, open_robots, kept, conflicts, rng)
+        choice = StepChoice(fleet, moves, self.params.least_step_cells, conflicts, problem.under_way())
         plans.update(self._steps(problem, fleet, open_robots, choice))
         status, reason = check.worst(plans)
         if status is PlanStatus.TIMEOUT and self._never_stuck.proof:
@@ -127,19 +141,20 @@ class YarmPlanner:
         fleet: Fleet,
         open_robots: Sequence[int],
         kept: Optional[List[Move]],
+        conflicts: Conflicts,
         rng: np.random.Generator,
     ) -> Tuple[List[Move], int]:
         """Joint plan: the remembered one while it is free, unless a new one is clearly cheaper."""
         goals = {problem.robots[i].name: problem.goal_key(i) for i in open_robots}
         search = JointSearch(fleet, open_robots, self._effort(goals))
         if kept is None or goals != self._memory.goals:
-            full = None if self._never_stuck.knows(problem) else search.run(rng)
-            if full is None and open_robots:
-                full = self._never_stuck.moves(problem, fleet, open_robots, self._failures)
+            full = self._full_plan(problem, fleet, open_robots, search, conflicts, rng)
             self._failures = 0 if full is not None else self._failures + 1
             if full is None:
                 return self._moves_of_some(problem, fleet, open_robots, kept, rng), search.rounds
             kept = full
+        elif problem.request.under_way is not None:
+            kept = self._sooner(problem, fleet, search, open_robots, kept, conflicts, rng)
         elif self._last != problem.obstacles:
             fresh = search.quick()
             if fresh is not None and fleet.cost(fresh) < self.params.keep_gain * fleet.cost(kept):
@@ -148,6 +163,74 @@ class YarmPlanner:
         self._memory.goals = goals
         return kept, search.rounds
 
+    def _full_plan(
+        self,
+        problem: PlanningProblem,
+        fleet: Fleet,
+        open_robots: Sequence[int],
+        search: JointSearch,
+        conflicts: Conflicts,
+        rng: np.random.Generator,
+    ) -> Optional[List[Move]]:
+        """Moves that bring all to their targets: by the cheap attempts, then by the complete search.
+
+        Of a crowd only the first attempt is cheap; the others are made where there is no complete search.
+        """
+        known = self._never_stuck.knows(problem)
+        is_crowd = len(open_robots) > CROWD
+        full: Optional[List[Move]] = None
+        if not known:
+            full = search.quick() if is_crowd else self._found(problem, fleet, search, open_robots, conflicts, rng)
+        if full is None and open_robots:
+            full = self._never_stuck.moves(problem, fleet, open_robots, self._failures)
+        if full is None and is_crowd and not self._never_stuck.searches:
+            full = search.run(rng)
+        return full
+
+    def _found(
+        self,
+        problem: PlanningProblem,
+        fleet: Fleet,
+        search: JointSearch,
+        open_robots: Sequence[int],
+        conflicts: Conflicts,
+        rng: np.random.Generator,
+    ) -> Optional[List[Move]]:
+        """The first joint plan that is found; when robots do not wait for each other, the one that takes least time."""
+        if problem.request.under_way is None or not open_robots:
+            return search.run(rng)
+        fleets = [fleet, self._with_dearer_turns(problem, fleet, open_robots)]
+        found = soonest(fleets, open_robots, search.limit, MORE_ROUNDS, self._pace, conflicts, rng)
+        search.rounds += found.rounds
+        return found.moves
+
+    def _sooner(
+        self,
+        problem: PlanningProblem,
+        fleet: Fleet,
+        search: JointSearch,
+        open_robots: Sequence[int],
+        kept: List[Move],
+        conflicts: Conflicts,
+        rng: np.random.Generator,
+    ) -> List[Move]:
+        """The plan that is kept, unless a few others are tried and one of them is clearly sooner done from here."""
+        takes = duration(fleet, kept, self._pace, conflicts)
+        if not open_robots or takes.last_s <= WORTH_TRYING * alone_s(fleet, open_robots, self._pace):
+            return kept
+        tried = fleet if rng.random() < 0.5 else self._with_dearer_turns(problem, fleet, open_robots)
+        found = soonest([tried], open_robots, FEW_ROUNDS, FEW_ROUNDS, self._pace, conflicts, rng, all_orders=False)
+        search.rounds += found.rounds
+        better = found.moves is not None and found.takes.beats(takes, self.params.keep_gain)
+        return found.moves if better and found.moves is not None else kept
+
+    def _with_dearer_turns(self, problem: PlanningProblem, fleet: Fleet, robots: Sequence[int]) -> Fleet:
+        dearer = PlanningProblem.of(problem.request, self._dearer, self._cache)
+        assert dearer is not None
+        other = Fleet(dearer.spaces, dearer.targets, fleet.roadmap)
+        other.restrict(robots)
+        return other
+
     def _effort(self, goals: Mapping[str, GoalKey]) -> int:
         """Rounds of the joint search in this step: a share of the limit, less and less while the same goals fail.
 
@@ -155,7 +238,7 @@ class YarmPlanner:
         """
         if goals != self._tried:
             self._tried, self._failures, self._entered = dict(goals), 0, {}
-        return max(MIN_ROUNDS, self.params.iteration_limit // SHARE >> self._failures)
+        return max(MIN_ROUNDS, 2 * len(goals), self.params.iteration_limit // SHARE >> self._failures)
 
     def _moves_of_some(
         self,
@@ -172,14 +255,15 @@ class YarmPlanner:
         if kept is not None:
             return kept
         targets = fleet.targets
-        for size in range(len(open_robots) - 1, 0, -1):
-            for some in islice(combinations(open_robots, size), SUBSETS):
-                fleet.restrict(some)
-                moves = JointSearch(fleet, some, MIN_ROUNDS).run(rng)
-                fleet.targets = targets
-                if moves is not None:
-                    self._memory.goals = {problem.robots[i].name: problem.goal_key(i) for i in some}
-                    return moves
+        sizes = range(len(open_robots) - 1, 0, -1)
+        subsets = (some for size in sizes for some in islice(combinations(open_robots, size), SUBSETS))
+        for some in islice(subsets, ALL_SUBSETS):
+            fleet.restrict(some)
+            moves = JointSearch(fleet, some, MIN_ROUNDS).run(rng)
+            fleet.targets = targets
+            if moves is not None:
+                self._memory.goals = {problem.robots[i].name: problem.goal_key(i) for i in some}
+                return moves
         self._memory.goals = {}
         return []
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Dict, List, Mapping, Optional
+from typing import Dict, Iterable, List, Mapping, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -87,8 +87,14 @@ class HiddenSpace:
             "set visibility of merge_clouds to true, or hidden of the commander to free"
         )
 
-    def see(self, cell_map: CellMap) -> None:
-        """Take a new map in; one without visibility says nothing."""
+    def see(self, cell_map: CellMap, robots: Iterable[IntArray] = ()) -> None:
+        """Take a new map in; one without visibility says nothing.
+
+        Args:
+            cell_map: as perceived.
+            robots: cells (n, 3) of each robot by its drawing, also out of the grid: nothing else is within a robot,
+                where no camera ever looks.
+        """
         sight = cell_map.visibility
         if self.params.policy is HiddenPolicy.FREE or sight is None:
             return
@@ -97,6 +103,8 @@ class HiddenSpace:
         hidden_by[unseen] = sight.hidden_by
         self._hidden_by, self._objects = hidden_by, list(cell_map.objects.values())
         bodies = _cells_of(cell_map, registered=True)
+        for cells in robots:
+            bodies[tuple(cells[cell_map.spec.contains(cells)].T)] = True
         hidden = unseen & ~bodies
         if self.params.starts_clear:
             hidden &= hidden_by != 0
@@ -104,8 +112,18 @@ class HiddenSpace:
             hidden = self._suspicious(cell_map, sight.states, hidden, bodies)
         self._seen_s, self._spec, self._occupied = cell_map.stamp_s, cell_map.spec, hidden
 
+    @property
+    def movable(self) -> Dict[str, str]:
+        """For each robot that hides cells which count as occupied, the name that ``by_hider`` gives them."""
+        robots = [found.name for found in self._objects if found.kind in ROBOT_KINDS]
+        return {who: _label(who, self._objects, own) for who, own in self._groups().items() if who in robots}
+
     def by_hider(self) -> Dict[str, IntArray]:
         """The cells (n, 3) that count as occupied, in groups, each named by who hides them and would have to move."""
+        return {_label(who, self._objects, own): own for who, own in self._groups().items()}
+
+    def _groups(self) -> Dict[str, IntArray]:
+        """The same by the name of who hides them alone; empty for nobody on the map."""
         if self._occupied is None or not self._occupied.any():
             return {}
         cells = np.argwhere(self._occupied)
@@ -113,8 +131,7 @@ class HiddenSpace:
         groups: Dict[str, List[IntArray]] = {}
         for value in np.unique(values):
             groups.setdefault(self._hider(int(value)), []).append(cells[values == value])
-        whole = {who: np.concatenate(parts) for who, parts in groups.items()}
-        return {_label(who, self._objects, own): own for who, own in whole.items()}
+        return {who: np.concatenate(parts) for who, parts in groups.items()}
 
     def _hider(self, bits: int) -> str:
         """Name of who hides a cell, one that can move first; empty for nobody on the map."""

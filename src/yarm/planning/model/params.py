@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Tuple
 
 from yarm.params import param
+from yarm.robots.turns import QUARTER_TURNS_DEG
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,7 @@ class PlannerParams:
     narrow_factor: float = param(3.0, "", "density of particles in narrow places over that in the open", 1.0, 20.0)
     iteration_limit: int = param(500, "", "rounds of the fleet's search, over a few steps, until TIMEOUT", 1, 1000000)
     turns_deg: Tuple[float, ...] = param(
-        (0.0, 90.0, -90.0), "deg", "turns about the end effector allowed before a translation", -180.0, 180.0
+        QUARTER_TURNS_DEG, "deg", "turns about the end effector allowed before a translation", -180.0, 180.0
     )
     turn_deg_per_cell: float = param(10.0, "deg", "angle whose cost equals one cell of travel", 0.1, 1000.0)
     keep_gain: float = param(

@@ -8,8 +8,9 @@ What makes a step safe (the promise of ``yarm``, and what the checker verifies):
 
 - *Sweep* of a robot: the cells of its mask at the start, at every angle of the turn, and along the translation of its
   mask at the new heading (``Robot.mask_at``; without it, of the turned mask): every cell that a mask cell, a unit
-  square, overlaps on the straight line between the two column centres (a diagonal move takes both cells beside it). A
-  robot that stays, with a goal or without, sweeps the cells it has.
+  square, overlaps on the straight line between the two column centres (a diagonal move takes both cells beside it).
+  Where the mask at the new heading is known, only cells count in the turn that it, turned back, overlaps too. A robot
+  that stays, with a goal or without, sweeps the cells it has.
 - *Robot-less map*: ``PlanRequest.occupied`` without the cells of assigned goals.
 - A sweep never overlaps an occupied cell of the robot-less map, nor another robot's sweep.
 - Margin: no cell of a sweep is one of the 26 neighbours of an occupied cell, or of a cell of another robot's sweep.
@@ -77,6 +78,7 @@ class Robot:
             was cut off, something pushed it) it may turn to either of them. None for none.
         mask_at: its mask at any heading, rad, ``mask`` at its present one. None when only that one is known: it is then
             turned, cells and all, so that it grows, and where a robot may go depends on the heading it has.
+        turns_deg: turns about its end effector that it may make, deg; None for those of the planner's parameters.
     """
 
     name: str
@@ -87,6 +89,7 @@ class Robot:
     carries: str = ""
     home_yaw_rad: Optional[float] = None
     mask_at: Optional[Callable[[float], Mask]] = None
+    turns_deg: Optional[Tuple[float, ...]] = None
 
     @property
     def cells(self) -> IntArray:

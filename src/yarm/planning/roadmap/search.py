@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
@@ -84,23 +85,27 @@ class _Search:
         self._start: State = (first, start[2])
         self._goal = first + 1
         self._goal_x, self._goal_y = target.column
-        self._turns: Dict[int, Tuple[Tuple[int, float], ...]] = {}
+        self._turns: Dict[int, Tuple[Tuple[float, float, int], ...]] = {}
         self._cost: Dict[State, float] = {}
         self._parent: Dict[State, State] = {}
         self._best: Dict[State, float] = {}
         self._turn_left: Dict[int, float] = {}
-        self._queue: CostQueue[Tuple[float, State, State]] = CostQueue()
+        self._far: Dict[int, float] = {}
+        self._queue: CostQueue[Tuple[float, State, State, int]] = CostQueue()
 
     def run(self) -> Optional[Path]:
-        self._queue.push(0.0, (0.0, self._start, self._start))
+        self._queue.push(0.0, (0.0, self._start, self._start, -1))
         while not self._queue.is_empty:
-            _, (cost, state, parent) = self._queue.pop()
+            _, (cost, state, parent, turn) = self._queue.pop()
+            if turn >= 0:
+                self._offer_turn(parent, turn + 1)
             if state in self._cost or not self._may_turn(parent, state):
                 continue
             self._cost[state], self._parent[state] = cost, parent
             if state[0] == self._goal and self._target.heading in (None, state[1]):
                 return self._path(state)
             self._expand(state, cost)
+            self._offer_turn(state, 0)
         return None
 
     def _may_turn(self, parent: State, state: State) -> bool:
@@ -117,45 +122,72 @@ class _Search:
         ux, uy = columns[up[0]]
         done, best, hypot, up_cost = self._cost, self._best, math.hypot, self._cost[up]
         for other in self._graph.neighbours(node):
-            if (other, h) in done:
+            new = (other, h)
+            if new in done:
                 continue
             ox, oy = columns[other]
             straight = up_cost + hypot(ox - ux, oy - uy)
-            if straight >= best.get((other, h), math.inf):
+            known = best.get(new, math.inf)
+            if straight >= known:
                 continue
             if view.line(ux, uy, ox, oy, h):
-                self._offer(straight, (other, h), up)
+                best[new] = straight
+                self._offer(straight, new, up)
             elif view.line(x, y, ox, oy, h):
-                self._offer(cost + math.hypot(ox - x, oy - y), (other, h), state)
-        if h not in self._turns:
-            self._turns[h] = turn_costs(view.space, h)
-        for k, turn_cost in self._turns[h]:
-            if (node, k) not in self._cost and view.stands((x, y, k)):
-                self._offer(cost + turn_cost, (node, k), state)
+                bent = cost + hypot(ox - x, oy - y)
+                if bent < known:
+                    best[new] = bent
+                    self._offer(bent, new, state)
 
     def _offer(self, cost: float, state: State, parent: State) -> None:
-        turning = parent[1] != state[1]
-        if not turning:
-            if cost >= self._best.get(state, math.inf):
-                return
-            self._best[state] = cost
-        self._queue.push(cost + self._left(state), (cost, state, parent))
+        self._queue.push(cost + self._distance(state[0]) + self._turn_needed(state[1]), (cost, state, parent, -1))
 
-    def _left(self, state: State) -> float:
-        x, y = self._graph.columns[state[0]]
-        h = state[1]
+    def _offer_turn(self, state: State, first: int) -> None:
+        """Offer the most promising turn from a state, or the next one; the others wait until that one's time has come.
+
+        What a turn costs and leaves to turn is the same everywhere, and so is their order; most are never needed.
+        """
+        node, h = state
+        if h not in self._turns:
+            ways = ((turn + self._turn_needed(k), turn, k) for k, turn in turn_costs(self._view.space, h))
+            self._turns[h] = tuple(sorted(ways))
+        turns, cost, column = self._turns[h], self._cost[state], self._graph.columns[node]
+        for i in range(first, len(turns)):
+            ahead, turn_cost, k = turns[i]
+            new = (node, k)
+            if new in self._cost or self._view.known_blocked(*column, h, k):
+                continue
+            if cost + turn_cost < self._best.get(new, math.inf):
+                self._queue.push(cost + self._distance(node) + ahead, (cost + turn_cost, new, state, i))
+                return
+
+    def _distance(self, node: int) -> float:
+        """Straight distance from a column to the goal, cells."""
+        if node not in self._far:
+            x, y = self._graph.columns[node]
+            self._far[node] = math.hypot(self._goal_x - x, self._goal_y - y)
+        return self._far[node]
+
+    def _turn_needed(self, h: int) -> float:
+        """Least cost of what must still be turned from a heading, cells."""
         if h not in self._turn_left:
             self._turn_left[h] = self._least_turn(h)
-        return math.hypot(self._goal_x - x, self._goal_y - y) + self._turn_left[h]
+        return self._turn_left[h]
 
     def _least_turn(self, h: int) -> float:
         """Cost of the least turn from a heading to one that the goal can be stood on with."""
-        view, column = self._view, self._target.column
-        headings = range(len(view.space.headings)) if self._target.heading is None else (self._target.heading,)
-        if h in headings and view.stands((*column, h)):
+        if h in self._ends:
             return 0.0
-        costs = (view.space.move_cost((*column, h), (*column, k)) for k in headings if view.stands((*column, k)))
+        column = self._target.column
+        costs = (self._view.space.move_cost((*column, h), (*column, k)) for k in self._ends)
         return min(costs, default=0.0)
+
+    @cached_property
+    def _ends(self) -> List[int]:
+        """Headings that the goal can be stood on with."""
+        view, target = self._view, self._target
+        headings = range(len(view.space.headings)) if target.heading is None else (target.heading,)
+        return [h for h in headings if view.stands((*target.column, h))]
 
     def _path(self, state: State) -> Path:
         poses: List[Pose] = []

@@ -105,11 +105,13 @@ def walked(rng: np.random.Generator, rows: Sequence[str], at: Slots) -> Slots:
     return tuple(slots)
 
 
-def _free(rows: Sequence[str]) -> List[Slot]:
+def free_slots(rows: Sequence[str]) -> List[Slot]:
+    """Slots of a plan that are no walls."""
     return [(x, y) for y, row in enumerate(rows) for x, slot in enumerate(row) if slot == "."]
 
 
-def _drawn(rng: np.random.Generator, slots: Sequence[Slot], count: int) -> Slots:
+def drawn(rng: np.random.Generator, slots: Sequence[Slot], count: int) -> Slots:
+    """Some of the slots, as many as there are at most, in random order."""
     return tuple(slots[int(k)] for k in rng.permutation(len(slots))[:count])
 
 
@@ -117,7 +119,7 @@ def _shuffled(
     rng: np.random.Generator, rows: Sequence[str], count: int, side: int, idle: int = 0
 ) -> Optional[PlanScene]:
     """Robots on random slots, walked away from them; the last ``idle`` of them have no goal."""
-    goals = _drawn(rng, _free(rows), count)
+    goals = drawn(rng, free_slots(rows), count)
     starts = walked(rng, rows, goals)
     wanted: List[Optional[Slot]] = [*goals[: count - idle], *[None] * idle]
     return slot_scene(rows, side, starts, wanted) if any(a != b for a, b in zip(starts, wanted) if b) else None
@@ -133,7 +135,7 @@ def _corridor_bay(rng: np.random.Generator) -> Optional[PlanScene]:
     bay = int(rng.integers(1, length - 1))
     rows = ["." * length, "#" * bay + "." + "#" * (length - bay - 1)]
     corridor = [(x, 0) for x in range(length)]
-    goals = _drawn(rng, corridor, min(count, length - 2))
+    goals = drawn(rng, corridor, min(count, length - 2))
     starts = walked(rng, rows, goals)
     order = [sorted(range(len(p)), key=lambda k: p[k]) for p in (starts, goals)]
     return slot_scene(rows, _side(rng), starts, goals) if order[0] != order[1] else None
@@ -160,10 +162,10 @@ def _pocket(rng: np.random.Generator) -> Optional[PlanScene]:
     """A small room whose side pocket is a dead end two places deep, with somebody at its end."""
     wide = int(rng.integers(3, 5))
     rows = ["." * wide + "..", "." * wide + "##"]
-    free = _free(rows)
+    free = free_slots(rows)
     inside: List[Slot] = [(wide + 1, 0)]
     rest = [slot for slot in free if slot not in inside]
-    goals = (*inside, *_drawn(rng, rest, int(rng.integers(1, 4))))
+    goals = (*inside, *drawn(rng, rest, int(rng.integers(1, 4))))
     starts = walked(rng, rows, goals)
     return slot_scene(rows, _side(rng), starts, goals) if starts[0] != goals[0] else None
 
@@ -263,7 +265,7 @@ def _no_bay(rng: np.random.Generator) -> Optional[PlanScene]:
     """A corridor without a bay, robots in another order."""
     length, count = int(rng.integers(4, 8)), int(rng.integers(2, 4))
     slots = [(x, 0) for x in range(length)]
-    starts, goals = _drawn(rng, slots, count), _drawn(rng, slots, count)
+    starts, goals = drawn(rng, slots, count), drawn(rng, slots, count)
     order = [sorted(range(count), key=lambda k: p[k]) for p in (starts, goals)]
     return slot_scene(["." * length], _side(rng), starts, goals) if order[0] != order[1] else None
 
@@ -272,7 +274,7 @@ def _wrong_parity(rng: np.random.Generator) -> Optional[PlanScene]:
     """A full lot with one free place, two robots exchanged after the shuffle: never reached."""
     wide, deep = [(3, 2), (3, 3)][int(rng.integers(2))]
     rows = ["." * wide] * deep
-    goals = _drawn(rng, _free(rows), wide * deep - 1)
+    goals = drawn(rng, free_slots(rows), wide * deep - 1)
     starts = walked(rng, rows, goals)
     return slot_scene(rows, int(rng.integers(1, 3)), starts, (goals[1], goals[0], *goals[2:]))
 

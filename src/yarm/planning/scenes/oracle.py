@@ -17,8 +17,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Mask
 from yarm.planning.model.params import PlannerParams
-from yarm.planning.model.types import PlanRequest, Robot, Waypoint
-from yarm.planning.scenes.scene import PlanScene, SceneRobot
+from yarm.planning.model.types import PlanRequest, Waypoint
+from yarm.planning.scenes.scene import PlanScene, SceneRobot, Stand
 from yarm.planning.verification.checker import sweep_of
 
 ColumnBits = Tuple[IntArray, IntArray]
@@ -39,6 +39,7 @@ class Shape:
 
     def __init__(self, robot: SceneRobot, spec: GridSpec, turns_deg: Sequence[float] = PlannerParams.turns_deg) -> None:
         self.spec = spec
+        self._robot = robot
         self.yaws: List[float] = _headings(robot.start.yaw_rad, turns_deg)
         self.masks: List[Mask] = [robot.mask(spec, yaw) for yaw in self.yaws]
         self.turns: Dict[Tuple[int, int], IntArray] = {}
@@ -60,7 +61,7 @@ class Shape:
 
     def _turn_cells(self, heading: int, angle: float) -> IntArray:
         """(n, 3) cells relative to the end effector's column that a turn in place sweeps."""
-        robot = Robot("robot", (0, 0), self.yaws[heading], self.masks[heading])
+        robot = self._robot.standing(self.spec, Stand((0, 0), self.yaws[heading]))
         request = PlanRequest(self.spec, np.zeros(self.spec.shape, dtype=np.bool_), (robot,), {}, {})
         return sweep_of(request, robot, Waypoint((0, 0), self.yaws[heading] + angle)).cells
 

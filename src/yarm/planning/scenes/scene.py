@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Dict, Mapping, Optional, Tuple
+from functools import partial
+from typing import Callable, Dict, Mapping, Optional, Tuple
 
 import numpy as np
 
@@ -48,6 +49,14 @@ class SceneRobot:
         angle = wrap_angle(yaw_rad - self.start.yaw_rad)
         return mask if abs(angle) < SAME_YAW_RAD else mask.turned(angle, spec)
 
+    def mask_at(self, spec: GridSpec) -> Optional[Callable[[float], Mask]]:
+        """Its cells at any heading, rad, world, from its solids; None for a robot of which only its cells are known."""
+        return partial(ankurbot_mask, spec) if self.cells is None else None
+
+    def standing(self, spec: GridSpec, at: Stand) -> Robot:
+        """The robot as a Commander would tell of it, standing there."""
+        return Robot(self.name, at.column, at.yaw_rad, self.mask(spec, at.yaw_rad), mask_at=self.mask_at(spec))
+
 
 @dataclass(frozen=True, eq=False)
 class PlanScene:
@@ -85,8 +94,7 @@ class PlanScene:
     ) -> PlanRequest:
         """The request a Commander would make with the robots standing there; at their starts unless told."""
         at = self.starts() if stands is None else stands
-        masks = {robot.name: robot.mask(self.spec, at[robot.name].yaw_rad) for robot in self.robots}
-        fleet = tuple(Robot(name, at[name].column, at[name].yaw_rad, mask) for name, mask in masks.items())
+        fleet = tuple(robot.standing(self.spec, at[robot.name]) for robot in self.robots)
         standing = without_robots(self.spec, self.occupied(), fleet)
         objects = {f"boxes[{i}]": _cells_of(box) for i, box in enumerate(self.boxes)}
         given = self.assignments if assignments is None else assignments

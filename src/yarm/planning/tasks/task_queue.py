@@ -27,6 +27,7 @@ The Commander's loop around it::
   place outside where it blocks nobody. Idle robots elsewhere are moved by the planner when they block somebody
   (``RobotPlan`` with an empty goal), without a task; one moved into ``keep_clear`` stays there until those it made way
   for are done.
+- Who of ``hiding`` is idle, and hides what a goal that nobody can reach needs, is given such a goal too.
 - ``reject(robot, reason)`` gives a goal back that the planner found INFEASIBLE.
 - A goal of kind BIN is for the robot that carries something there; a robot that carries something serves no debris.
 - Everything about a task stands in its one record, also when it is done: ``deleting`` is what somebody has still to
@@ -36,8 +37,7 @@ The Commander's loop around it::
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 from typing import Collection, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
@@ -48,7 +48,10 @@ from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, Robot
 from yarm.planning.tasks.aside import StoodAside
 from yarm.planning.tasks.choice import chosen
+from yarm.planning.tasks.patience import soon_free, ways_after
+from yarm.planning.tasks.task import BODIES, Task, TaskStatus
 from yarm.planning.tasks.travel import Travel
+from yarm.planning.tasks.unhiding import Unhiding
 
 KIND_ORDER = (GoalKind.CLEAR, GoalKind.BIN, GoalKind.DEBRIS, GoalKind.TARGET, GoalKind.HOME)
 """Kinds of goals, most urgent first."""
@@ -60,57 +63,8 @@ NO_WAY_ON_CELLS = 1e3
 NO_WAY_CELLS = 1e7
 """What a pair without a way counts there: more than any robot taken off its goal."""
 
-BODIES = (GoalKind.DEBRIS, GoalKind.TARGET)
-"""Kinds of goals with a body on the map, which is deleted, or carried off, when it is reached."""
 PASSING = (GoalKind.CLEAR, GoalKind.BIN)
 """Kinds of goals that are forgotten when they are reached."""
-
-
-class TaskStatus(Enum):
-    """What has become of a goal.
-
-    OPEN, ASSIGNED and UNREACHABLE lead to one another; ASSIGNED ends in DELETING, HELD or REACHED, DELETING and HELD
-    (in a robot's hand, or about to be) in REACHED.
-    LEAVING is what an earlier mission has reached and the map still shows; it ends with the body.
-    """
-
-    OPEN = "OPEN"
-    ASSIGNED = "ASSIGNED"
-    UNREACHABLE = "UNREACHABLE"
-    DELETING = "DELETING"
-    HELD = "HELD"
-    REACHED = "REACHED"
-    LEAVING = "LEAVING"
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """A goal and who serves it.
-
-    Attributes:
-        goal: the goal as the map shows it now.
-        status: OPEN while it waits.
-        robot: name of its robot, also of the one that has reached it; empty while it has none.
-        reason: why it waits, is unreachable, or its robot does not come nearer; empty when all is well.
-        distance_cells: travel distance of its robot when it was assigned, cells.
-        since_s: when it came to this status and robot, or its deletion was last asked for, s; NaN when nobody said.
-        on_map: the map shows its body; kept up to date by ``see`` once the task is done.
-        why: why its robot was given it, and no other; empty while it has none.
-    """
-
-    goal: Goal
-    status: TaskStatus = TaskStatus.OPEN
-    robot: str = ""
-    reason: str = ""
-    distance_cells: float = math.nan
-    since_s: float = math.nan
-    on_map: bool = True
-    why: str = ""
-
-    @property
-    def kind(self) -> GoalKind:
-        """Kind of the goal."""
-        return self.goal.kind
 
 
 class TaskQueue:
@@ -130,6 +84,7 @@ class TaskQueue:
         self._rejected: Dict[Tuple[str, str], Tuple[str, int]] = {}
         self._map_key = 0
         self._aside = StoodAside()
+        self._unhiding = Unhiding()
 
     @property
     def tasks(self) -> Tuple[Task, ...]:
@@ -226,7 +181,13 @@ class TaskQueue:
                 self._tasks[name] = Task(goal, since_s=now_s)
         return tuple(changed)
 
-    def process(self, request: PlanRequest, keep_clear: Optional[BoolArray] = None) -> Tuple[Task, ...]:
+    def process(
+        self,
+        request: PlanRequest,
+        keep_clear: Optional[BoolArray] = None,
+        hiding: Optional[Mapping[str, str]] = None,
+        left: Optional[Mapping[str, float]] = None,
+    ) -> Tuple[Task, ...]:
         """Assign idle robots to open goals.
 
         A robot on its way to a target leaves it for debris that no idle robot can serve; otherwise assigned pairs stay
@@ -235,6 +196,10 @@ class TaskQueue:
         Args:
             request: map and robots; its goals and assignments are not read.
             keep_clear: (gx, gy) columns in which no idle robot may stand; None for none.
+            hiding: for each robot that hides cells which count as occupied, their name among the request's objects.
+            left: what robots have left of their moves under way to where the request has them, cells: a goal is left
+                to one that is busy and comes there sooner, when it is done, than anybody who is idle. None: robots
+                drive together, and all are idle again at the same time.
 
         Returns:
             tasks assigned now.
@@ -244,9 +209,11 @@ class TaskQueue:
         before, records = dict(self.assignments), dict(self._tasks)
         travel = Travel(replace(request, goals=self.goals, assignments={}), self._params)
         self._open_again()
-        self._assign(travel)
+        self._assign(travel, left)
         if keep_clear is not None:
             self._clear(travel, np.asarray(keep_clear, dtype=np.bool_))
+        if hiding:
+            self._unhide(travel, request, hiding)
         for name, task in self._tasks.items():
             old = records.get(name)
             stays = old is not None and (old.status, old.robot) == (task.status, task.robot)
@@ -358,7 +325,7 @@ class TaskQueue:
         done = {name: task for name, task in self._done.items() if task.status is not TaskStatus.HELD}
         shown = {name: replace(task, status=TaskStatus.LEAVING) for name, task in done.items() if task.on_map}
         self._robots, self._tasks, self._done, self._rejected = {}, {}, shown, {}
-        self._map_key, self._now_s, self._aside = 0, math.nan, StoodAside()
+        self._map_key, self._now_s, self._aside, self._unhiding = 0, math.nan, StoodAside(), Unhiding()
 
     def _assigned(self, robot: str) -> Task:
         task = self.task_of(robot) if robot else None
@@ -387,16 +354,17 @@ class TaskQueue:
             if task.status is TaskStatus.UNREACHABLE:
                 self._tasks[name] = Task(task.goal)
 
-    def _assign(self, travel: Travel) -> None:
+    def _assign(self, travel: Travel, left: Optional[Mapping[str, float]]) -> None:
         """Kind after kind; a robot with a less urgent goal takes part when there are too few idle ones."""
+        awaited: Dict[str, str] = {}
         self._rejected = {pair: entry for pair, entry in self._rejected.items() if entry[1] == self._map_key}
         for kind in KIND_ORDER[1:]:
             names = [n for n, task in self._tasks.items() if task.kind == kind and not task.robot]
             if names:
-                self._assign_kind(travel, names, self._available(kind))
+                awaited.update(self._assign_kind(travel, names, self._available(kind), left))
         for name, task in self._tasks.items():
             if not task.robot and task.status is TaskStatus.OPEN:
-                self._tasks[name] = self._waiting(travel, task)
+                self._tasks[name] = self._waiting(travel, task, awaited.get(name, ""))
 
     def _available(self, kind: GoalKind) -> List[str]:
         """Idle robots, and those that serve something less urgent."""
@@ -408,7 +376,10 @@ class TaskQueue:
                 robots.append(name)
         return robots
 
-    def _assign_kind(self, travel: Travel, names: List[str], robots: List[str]) -> None:
+    def _assign_kind(
+        self, travel: Travel, names: List[str], robots: List[str], left: Optional[Mapping[str, float]]
+    ) -> Dict[str, str]:
+        """Assign goals of a kind; gives for each that is left to somebody who is busy his name."""
         lengths: FloatArray = np.array(
             [[self._distance(travel, robot, self._tasks[name].goal)[0] for robot in robots] for name in names]
         ).reshape(len(names), len(robots))
@@ -417,12 +388,28 @@ class TaskQueue:
         for i, j in np.argwhere(np.isfinite(lengths)):
             onward[i, j] = min(travel.onward(robots[j], self._tasks[names[i]].goal), NO_WAY_ON_CELLS)
         costs = np.where(np.isfinite(lengths), lengths + onward + LEAVING_CELLS * busy, NO_WAY_CELLS)
-        rows, columns = linear_sum_assignment(costs)
-        for i, j in sorted(zip(rows, columns), key=lambda pair: (costs[pair[0], pair[1]], pair)):
+        later, after = self._later(travel, names, robots, left)
+        rows, columns = linear_sum_assignment(np.hstack([costs, after]))
+        busier = [(i, j - len(robots)) for i, j in zip(rows, columns) if j >= len(robots)]
+        awaited = {names[i]: later[j] for i, j in busier if after[i, j] < NO_WAY_CELLS}
+        pairs = [(i, j) for i, j in zip(rows, columns) if j < len(robots)]
+        for i, j in sorted(pairs, key=lambda pair: (costs[pair[0], pair[1]], pair)):
             goal = self._tasks[names[i]].goal
             if math.isfinite(lengths[i, j]) and self._compatible(travel, robots[j], goal):
                 why = chosen(robots, lengths[i].tolist(), int(j))
                 self._give(names[i], robots[j], float(lengths[i, j]), why)
+        return awaited
+
+    def _later(
+        self, travel: Travel, names: List[str], robots: List[str], left: Optional[Mapping[str, float]]
+    ) -> Tuple[List[str], FloatArray]:
+        """Robots that are busy and may be worth waiting for, and their ways (names, robots), cells."""
+        goals = [self._tasks[name].goal for name in names]
+        if left is None or all(self._is_busy(robot) for robot in robots):
+            return [], np.zeros((len(names), 0))
+        busy = soon_free([task for task in self._tasks.values() if task.robot not in robots])
+        ways = ways_after(travel, goals, busy, left, self._rejected)
+        return [task.robot for task in busy], np.where(np.isfinite(ways), ways, NO_WAY_CELLS)
 
     def _is_busy(self, robot: str) -> bool:
         """Whether a robot serves a goal of somebody's; making room is none."""
@@ -454,12 +441,14 @@ class TaskQueue:
             for task in self._tasks.values()
         )
 
-    def _waiting(self, travel: Travel, task: Task) -> Task:
+    def _waiting(self, travel: Travel, task: Task, awaited: str) -> Task:
         """An open task with the reason why it waits or cannot be served."""
         reasons = []
         for robot in sorted(self._robots):
             length, reason = self._distance(travel, robot, task.goal)
             if math.isfinite(length):
+                if awaited:
+                    return replace(task, reason=f"waits for {awaited}, which is there sooner than who is idle")
                 if self.task_of(robot) is None:
                     return replace(task, reason="waits until a goal beside it is done")
                 reasons.append("")
@@ -475,19 +464,36 @@ class TaskQueue:
         aside = self._aside.update(inside, served)
         for name in self.idle:
             if inside[name] and name not in aside:
-                held = [(task.robot, task.goal) for task in self._tasks.values() if task.robot]
-                waiting = [task.goal for task in self._tasks.values() if task.status is TaskStatus.OPEN]
-                place = travel.place_outside(name, keep_clear, held, waiting)
-                if place is not None and (name, f"clear/{name}") not in self._rejected:
-                    goal = Goal(f"clear/{name}", GoalKind.CLEAR, place[0], robot=name)
-                    why = "it stands where a manipulator works, and has nothing to do there"
-                    self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, name, "", place[1], why=why)
+                why = "it stands where a manipulator works, and has nothing to do there"
+                self._send_aside(travel, name, keep_clear, why)
+
+    def _unhide(self, travel: Travel, request: PlanRequest, hiding: Mapping[str, str]) -> None:
+        unreachable = [task.goal for task in self._tasks.values() if task.status is TaskStatus.UNREACHABLE]
+        for name in self.idle:
+            if name in hiding and unreachable:
+                seen = Travel(self._unhiding.without(request, hiding[name], self.goals), self._params)
+                goal = self._unhiding.needing(name, [g for g in unreachable if self._has_way(seen, g)])
+                if goal and self._send_aside(
+                    travel, name, self._unhiding.columns(request, name, hiding[name]), f"it hides what {goal} needs"
+                ):
+                    self._unhiding.ask(name, goal)
+
+    def _has_way(self, travel: Travel, goal: Goal) -> bool:
+        return any(math.isfinite(self._distance(travel, robot, goal)[0]) for robot in sorted(self._robots))
+
+    def _send_aside(self, travel: Travel, robot: str, columns: BoolArray, why: str) -> bool:
+        """Give an idle robot the nearest place outside some columns, where there is one."""
+        held = [(task.robot, task.goal) for task in self._tasks.values() if task.robot]
+        waiting = [task.goal for task in self._tasks.values() if task.status is TaskStatus.OPEN]
+        place = travel.place_outside(robot, columns, held, waiting)
+        if place is None or (robot, f"clear/{robot}") in self._rejected:
+            return False
+        goal = Goal(f"clear/{robot}", GoalKind.CLEAR, place[0], robot=robot)
+        self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, robot, "", place[1], why=why)
+        return True
 
 
 def _map_key(request: PlanRequest) -> int:
-    """A number that changes when what stands in the map, or a robot, is elsewhere."""
+    """A number that changes when what stands in the map, or a robot, is elsewhere, or turns otherwise."""
     standing = np.asarray(request.occupied, dtype=np.bool_).tobytes()
-    return hash((standing, tuple((robot.name, *robot.column, robot.yaw_rad) for robot in request.robots)))
-
-
-__all__ = ["BODIES", "KIND_ORDER", "Task", "TaskQueue", "TaskStatus"]
+    return hash((standing, tuple((r.name, *r.column, r.yaw_rad, r.turns_deg) for r in request.robots)))

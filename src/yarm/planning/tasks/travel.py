@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -46,14 +46,28 @@ class Travel:
 
     def onward(self, robot: str, goal: Goal) -> float:
         """Cost of a robot's way from a goal to the nearest of its onward columns, cells; infinite without a way."""
-        problem = self._problem(robot, goal)
         if not goal.onward:
             return 0.0
+        problem = self._problem(robot, goal)
         if problem is None:
             return math.inf
-        view, layout = View(problem.spaces[0], ()), problem.layout
-        wanted = layout.set_of_columns(np.array(goal.onward, dtype=np.int64))
-        ways = [flood(view, pose, lambda h: wanted & ~view.blocked(h)) for pose in self._arrivals(robot, goal)]
+        wanted = problem.layout.set_of_columns(np.array(goal.onward, dtype=np.int64))
+        return self._way_from(problem, self._arrivals(robot, goal), lambda view, h: wanted & ~view.blocked(h))
+
+    def distance_after(self, robot: str, first: Goal, goal: Goal) -> float:
+        """Cost of a robot's way to a goal from where it stands on another, cells; infinite when there is none."""
+        problem = self._problem(robot, goal)
+        if problem is None:
+            return math.inf
+        bits = {h: problem.layout.set_of_columns(np.array([(x, y)])) for x, y, h in _stands(problem)}
+        return self._way_from(problem, self._arrivals(robot, first), lambda view, h: bits.get(h, 0) & ~view.blocked(h))
+
+    def _way_from(
+        self, problem: PlanningProblem, starts: Sequence[Pose], wanted: Callable[[View, int], ColumnSet]
+    ) -> float:
+        """Cost of the way from the best of some poses of the robot of a world, cells."""
+        view = View(problem.spaces[0], ())
+        ways = [flood(view, pose, lambda h: wanted(view, h)) for pose in starts]
         return min((path_cost(view, shortened(view, way)) for way in ways if way is not None), default=math.inf)
 
     def _measure(self, robot: str, goal: Goal) -> Tuple[float, str]:

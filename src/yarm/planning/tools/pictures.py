@@ -6,8 +6,9 @@ python3 -m yarm.planning.tools.pictures docs/images
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import List
+from typing import List, Tuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,10 +20,11 @@ from yarm.planning.roadmap.graph import delaunay_edges
 from yarm.planning.roadmap.particles import random_particles
 from yarm.planning.scenes.oracle import Shape, Space
 from yarm.planning.scenes.releasing import release_to_end
-from yarm.planning.scenes.scene import PlanScene, Stand
+from yarm.planning.scenes.scene import Box, PlanScene, Stand
 from yarm.planning.scenes.scene_file import load_scene
 from yarm.planning.scenes.stepping import step_to_end
 from yarm.planning.tools.plot import COLORS, draw_graph, draw_map, draw_obstacle, draw_robot, draw_scene
+from yarm.planning.why.causes import Circumstances, why
 from yarm.resources import resource
 
 
@@ -34,6 +36,7 @@ def draw_pictures(folder: Path) -> List[Path]:
         _particles(scenes["three_robots"], folder / "planning_particles.png"),
         _obstacles(scenes["three_robots"], folder / "planning_cspace.png"),
         _releases(scenes["three_robots"], folder / "planning_release.png"),
+        _why(load_scene(resource("scenes", "planning", "walled_in.yaml")), folder / "planning_why.png"),
     ]
     for name in _SCENES:
         path = folder / f"planning_{name}.png"
@@ -119,6 +122,38 @@ def _releases(scene: PlanScene, path: Path) -> Path:
     graph.set_xlim(-0.6, len(moves) - 0.4)
     figure.savefig(str(path), dpi=90)
     return path
+
+
+def _why(scene: PlanScene, path: Path) -> Path:
+    """A goal that cannot be reached, and the change that ``why`` names made."""
+    figure = Figure(figsize=(13.0, 7.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    request = scene.request()
+    (goal,) = request.goals
+    answer = why(goal, Circumstances(request, None, PlannerParams()))
+    (change,) = next(cause.changes for cause in answer.causes if cause.changes)
+    boxes = [
+        _shifted(box, change.offset) if f"boxes[{i}]" == change.thing else box for i, box in enumerate(scene.boxes)
+    ]
+    made = replace(scene, boxes=tuple(boxes))
+    for i, (shown, title) in enumerate(((scene, f"{goal} cannot be reached"), (made, str(change)))):
+        axes = figure.add_subplot(1, 2, i + 1)
+        draw_map(axes, shown)
+        robot = shown.robots[0]
+        draw_obstacle(axes, Space(Shape(robot, shown.spec, ()), shown.occupied()).free[0])
+        draw_robot(axes, shown.spec, robot, robot.start, COLORS[0], 0.55)
+        plan = make_planner("yarm").plan(shown.request(), np.random.default_rng(0)).robots[robot.name]
+        way = np.array([waypoint.column for waypoint in plan.path] or [robot.start.column])
+        axes.plot(way[:, 0], way[:, 1], "-o", color=COLORS[0], lw=2, ms=4)
+        axes.plot(*shown.goals[goal].column, marker="*", ms=16, color=COLORS[0], mec="black", ls="none")
+        axes.set_title(f"{plan.status.value}: {title}")
+    figure.savefig(str(path), dpi=90)
+    return path
+
+
+def _shifted(box: Box, offset: Tuple[int, int]) -> Box:
+    x0, x1, y0, y1, z0, z1 = box
+    return x0 + offset[0], x1 + offset[0], y0 + offset[1], y1 + offset[1], z0, z1
 
 
 if __name__ == "__main__":

@@ -17,11 +17,12 @@ from scipy import ndimage
 from yarm.geometry import IntArray, Mask
 from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, dilated
 from yarm.planning.cspace.robot_space import RobotSpace, ShapeCache, View
-from yarm.planning.fleet.problem import FINER_TURNS_DEG, PlanningProblem, turns_of
+from yarm.planning.fleet.problem import PlanningProblem, turns_of
 from yarm.planning.model import request_check as check
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, PlanRequest, Robot, without_things
 from yarm.planning.roadmap.search import Target, flood, reachable
+from yarm.robots.turns import FINER_TURNS_DEG
 
 UNKNOWN = "something unknown"
 """What stands in the map and belongs to nothing that anybody named."""
@@ -64,7 +65,7 @@ class Change:
 
     def __str__(self) -> str:
         """What to do, for a person."""
-        turns = " and ".join(f"{angle:g}" for angle in FINER_TURNS_DEG)
+        turns = " and ".join(f"{angle:g}" for angle in FINER_TURNS_DEG if angle > 0.0)
         return {
             ChangeKind.MOVE: f"move {self.thing} by {self.metres:.2f} m{_direction(self.offset)}",
             ChangeKind.LAY_DOWN: f"let it lay {self.thing} down",
@@ -106,10 +107,10 @@ class Crossing:
         named = [one for one in request.robots if one.name == robot]
         if not named:
             raise KeyError(f"there is no robot {robot}")
-        self.robot: Robot = named[0]
+        self.robot: Robot = replace(named[0], turns_deg=None)
         self.goal = goal
         self._bare = bare
-        self._turns_deg = tuple(params.turns_deg)
+        self._turns_deg = params.turns_deg if named[0].turns_deg is None else named[0].turns_deg
         self._deg_per_cell = params.turn_deg_per_cell
         self._cache = ShapeCache()
         self._request = replace(request, goals={goal.name: goal}, assignments={robot: goal.name})
@@ -128,7 +129,7 @@ class Crossing:
     def general_changes(self) -> List[Change]:
         """Changes that are not about a thing and say something new."""
         changes = [Change(ChangeKind.LAY_DOWN, self.robot.carries)] if self._bare is not None else []
-        if not set(FINER_TURNS_DEG) <= {abs(turn) for turn in self._turns_deg}:
+        if not {abs(turn) for turn in FINER_TURNS_DEG} <= {abs(turn) for turn in self._turns_deg}:
             changes.append(Change(ChangeKind.TURNS))
         if self._request.forbidden is not None:
             changes.append(Change(ChangeKind.ENTER))
@@ -192,10 +193,8 @@ class Crossing:
         robots = tuple(robot if one.name == robot.name else one for one in self._request.robots)
         forbidden = None if ChangeKind.ENTER in kinds else self._request.forbidden
         request = replace(self._request, occupied=occupied, robots=robots, forbidden=forbidden)
-        turns_deg = list(self._turns_deg)
-        if ChangeKind.TURNS in kinds:
-            turns_deg += [sign * angle for angle in FINER_TURNS_DEG for sign in (1.0, -1.0)]
-        turns = turns_of(turns_deg, self._deg_per_cell)
+        finer = FINER_TURNS_DEG if ChangeKind.TURNS in kinds else ()
+        turns = turns_of((*self._turns_deg, *finer), self._deg_per_cell)
         margin = ChangeKind.MARGIN not in kinds
         return PlanningProblem.of(request, turns, self._cache, robot.name, margin)
 

@@ -9,8 +9,8 @@ import rospy
 from actionlib import ActionClient, ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from yarm.commander.events import CancelGoal, DeleteDone, GoalDone, Outcome, SendGoal
-from yarm.msg import MoveRobotAction, MoveRobotGoal
+from yarm.commander.events import CancelGoal, DeleteDone, DeleteObject, GoalDone, Outcome, SendGoal
+from yarm.msg import MoveRobotAction, MoveRobotActionResult, MoveRobotGoal
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose_message
 from yarm.srv import SpawnObstacles, SpawnObstaclesRequest
@@ -39,8 +39,14 @@ class RobotLink:
     lock-step, where none is started again, nothing was.
     """
 
-    def __init__(self, robot: str, on_done: Callable[[GoalDone], None], lock_step: bool = False) -> None:
-        """Connect; goals may be sent once ``connected``."""
+    def __init__(
+        self,
+        robot: str,
+        on_done: Callable[[GoalDone], None],
+        lock_step: bool = False,
+        on_result: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Connect; goals may be sent once ``connected``. Every result is told, whosever, once it was handed on."""
         self.robot = robot
         self.sent = 0
         self._on_done = on_done
@@ -53,6 +59,9 @@ class RobotLink:
         self._lock = threading.Lock()
         self._status = rospy.Subscriber(
             f"{names.move_robot(robot)}/status", GoalStatusArray, self._on_status, queue_size=10
+        )
+        self._results = rospy.Subscriber(
+            f"{names.move_robot(robot)}/result", MoveRobotActionResult, lambda _: on_result(), queue_size=100
         )
 
     @property
@@ -109,6 +118,7 @@ class RobotLink:
         with self._lock:
             self._handles.clear()
         self._status.unregister()
+        self._results.unregister()
         self._client.stop()
 
     def _on_change(self, serial: int, handle: ClientGoalHandle) -> None:
@@ -130,8 +140,14 @@ class RobotLink:
 class Links:
     """The links to all robots."""
 
-    def __init__(self, on_done: Callable[[GoalDone], None], lock_step: bool = False) -> None:
+    def __init__(
+        self,
+        on_done: Callable[[GoalDone], None],
+        lock_step: bool = False,
+        on_result: Callable[[], None] = lambda: None,
+    ) -> None:
         """No robots yet."""
+        self._on_result = on_result
         self._on_done = on_done
         self._lock_step = lock_step
         self._links: Dict[str, RobotLink] = {}
@@ -145,7 +161,7 @@ class Links:
             link.close()
         for robot in robots:
             if robot not in self._links:
-                self._links[robot] = RobotLink(robot, self._on_done, self._lock_step)
+                self._links[robot] = RobotLink(robot, self._on_done, self._lock_step, self._on_result)
 
     def reset(self) -> None:
         """Start afresh: goals are forgotten, the count begins at 0."""
@@ -168,13 +184,15 @@ class Links:
         return self._gone_sent + sum(link.sent for link in self._links.values())
 
 
-def delete_object(name: str, on_done: Callable[[DeleteDone], None]) -> threading.Thread:
+def delete_object(deletion: DeleteObject, on_done: Callable[[DeleteDone], None]) -> threading.Thread:
     """Call ``delete_obstacles`` in a thread of its own; the answer is handed on, and so is silence."""
+    name = deletion.name
 
     def call() -> None:
         service = rospy.ServiceProxy(names.DELETE_OBSTACLES, SpawnObstacles)
         try:
-            answer = service(SpawnObstaclesRequest(name=name))
+            x, y, z = deletion.place_m
+            answer = service(SpawnObstaclesRequest(name=name, x=x, y=y, z=z))
             on_done(DeleteDone(name, answer.success, answer.message))
         except rospy.ServiceException as error:
             on_done(DeleteDone(name, False, f"{names.DELETE_OBSTACLES}: {error}"))

@@ -36,7 +36,7 @@ from yarm.commander.events import (
     Tick,
 )
 from yarm.commander.machine import Commander
-from yarm.commander.mission import Tools
+from yarm.commander.mission import Tools, at_once
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
 from yarm.control.sander.states import SanderState
@@ -47,12 +47,14 @@ from yarm.msg import Decision as DecisionMessage
 from yarm.planning.baselines.planned_once import PlannedOnce
 from yarm.planning.registry import PlannerUnavailableError, make_planner
 from yarm.planning.why.causes import why
+from yarm.ros.commander.background import OneAtATime, in_background
 from yarm.ros.commander.hands import HandWords
 from yarm.ros.commander.links import Links, delete_object
 from yarm.ros.commander.markers import MarkerBoard
 from yarm.ros.commander.memory import MemoryBook
 from yarm.ros.commander.registry import RegistryWatch
 from yarm.ros.commander.reports import decision_message, exact_time, plan_report, status_message, why_response
+from yarm.ros.commander.results import ResultCount
 from yarm.ros.commander.what_if import answered
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
@@ -61,6 +63,7 @@ from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import MapSubscriber
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
+from yarm.ros.common.tracks import TrackSubscriber
 from yarm.safety.pulse import beat_in_background
 from yarm.srv import (
     StateChange,
@@ -90,11 +93,13 @@ class CommanderNode:
         self._params = params
         planner = make_planner(params.planner, params.planner_params)
         planner = planner if params.replanning else PlannedOnce(planner)
-        tools = Tools(planner, np.random.default_rng(params.seed), time.perf_counter)
+        begin = at_once if params.sync else in_background
+        tools = Tools(OneAtATime(planner), np.random.default_rng(params.seed), time.perf_counter, begin)
         self._core = Commander(params, tools)
         self._lock = threading.RLock()
         self._inbox: Deque[Event] = deque()
-        self._links = Links(self._inbox.append, params.sync)
+        self._results = ResultCount()
+        self._links = Links(self._inbox.append, params.sync, self._results.came)
         self._book = MemoryBook()
         self._kinds: Dict[str, str] = {}
         self._sanders: Dict[str, rospy.Subscriber] = {}
@@ -117,7 +122,9 @@ class CommanderNode:
         self._registry = RegistryWatch(self._on_registry, self._markers.show_bodies)
         self._safety_door = Doorkeeper(names.SAFETY_STATUS)
         self._safety = rospy.Subscriber(names.SAFETY_STATUS, SafetyStatus, self._on_safety, queue_size=10)
+        self._tracks = TrackSubscriber(params.sync)
         self._maps = MapSubscriber(self._on_map, self._params.sync)
+        self._acks = rospy.Subscriber(names.STEP_ACK, StepAck, self._on_ack, queue_size=100) if params.sync else None
         self._service = rospy.Service(names.COMMANDER_STATE, StateChange, self._on_request)
         self._why = rospy.Service(names.COMMANDER_WHY, Why, self._on_why)
         self._what_if = rospy.Service(names.COMMANDER_WHAT_IF, WhatIf, self._on_what_if)
@@ -149,14 +156,19 @@ class CommanderNode:
         with self._lock:
             self._last_map_wall_s = time.monotonic()
             self._take_holds(cell_map.stamp_s)
+            if not self._results.take(cell_map.stamp_s):
+                rospy.logwarn("lock-step: a result of before %.4f s has not come; it counts later", cell_map.stamp_s)
             if not self._handed.take(cell_map.stamp_s):
                 rospy.logwarn("lock-step: no word of the hands at %.4f s; the newest counts", cell_map.stamp_s)
-            self._inbox.append(MapUpdate(cell_map))
+            self._inbox.append(MapUpdate(cell_map, self._tracks.newest(cell_map.stamp_s)))
             self._drain(cell_map.stamp_s)
             self._permit(cell_map.stamp_s)
             self._show(cell_map.stamp_s)
             if self._params.sync:
                 self._acknowledge(cell_map.stamp_s)
+
+    def _on_ack(self, message: StepAck) -> None:
+        self._results.acknowledged(message.header.stamp.to_sec(), int(message.results_sent))
 
     def _on_request(self, message: StateChangeRequest) -> StateChangeResponse:
         with self._lock:
@@ -250,7 +262,9 @@ class CommanderNode:
             self._inbox.clear()
             self._safety_said.clear()
             self._handed.forget()
+            self._results.forget()
             self._maps.clear()
+            self._tracks.clear()
             self._links.reset()
             self._inbox.append(ClockReset())
             self._drain(rospy.get_time())
@@ -284,7 +298,7 @@ class CommanderNode:
             elif isinstance(action, SetAssociation):
                 self._association.publish(Int8(data=1 if action.on else 0))
             elif isinstance(action, DeleteObject):
-                deletion = delete_object(action.name, self._inbox.append)
+                deletion = delete_object(action, self._inbox.append)
                 if self._params.sync:
                     deletion.join()  # the simulation serves it now, while it waits for this step's acknowledgement
             else:

@@ -5,19 +5,18 @@ from __future__ import annotations
 import threading
 from typing import Callable, Dict, List, Optional, Sequence
 
-import numpy as np
 import rospy
 from tf2_msgs.msg import TFMessage
 
 from yarm.commander.events import RegistryUpdate
-from yarm.commander.shapes import PieceShape, RobotShape, piece_shape, robot_shape
 from yarm.geometry import FloatArray
 from yarm.geometry.kinds import ObjectKind
 from yarm.msg import ObjectRegistry, RegisteredObject
+from yarm.robots.shapes import PieceShape, RobotShape, piece_shape, robot_shape
 from yarm.ros.common import names
 from yarm.ros.common.checks import Doorkeeper, registry_fault, transform_fault
 from yarm.ros.common.conversions import matrix_of_transform
-from yarm.ros.common.solids import solids_of
+from yarm.ros.common.solids import solids_at_tip, solids_of
 
 
 class RegistryWatch:
@@ -69,12 +68,9 @@ class RegistryWatch:
             self._hand_on()
 
     def _learn(self, entry: RegisteredObject, poses: Dict[str, FloatArray]) -> None:
-        frames = {frame for frame, _ in solids_of(entry)} | {entry.seed_frame}
-        if not frames <= set(poses):
-            return
-        T_ee_world = np.linalg.inv(poses[entry.seed_frame])
-        solids = [solid.seen_from(T_ee_world @ poses[frame]) for frame, solid in solids_of(entry)]
-        self._shapes[entry.name] = robot_shape(solids, float(poses[entry.seed_frame][2, 3]))
+        solids = solids_at_tip(entry, poses)
+        if solids is not None:
+            self._shapes[entry.name] = robot_shape(solids, float(poses[entry.seed_frame][2, 3]))
 
     def _hand_on(self) -> None:
         with self._lock:

@@ -9,6 +9,8 @@ import tempfile
 from pathlib import Path
 from typing import List, Optional, Sequence
 
+import rospkg
+
 from yarm.commander.params import CommanderParams
 from yarm.experiments.what_if.ask import alternative, specs_of
 from yarm.experiments.what_if.cell import COUNTED, Settings, WhatIfError
@@ -49,7 +51,7 @@ def answered(
         asked, told = Path(folder) / "cell.json", Path(folder) / "answers.json"
         asked.write_text(json.dumps(plain(cell)))
         call = [*command(), "--cell", str(asked), "--answers", str(told), "--seed", str(question.seed)]
-        call += ["--runs", str(question.runs or USUAL_RUNS)]
+        call += ["--runs", str(question.runs or USUAL_RUNS), "--results", rospkg.get_ros_home()]
         call += [word for text in asked_for(question) for word in ("--alternative", text)]
         try:
             done = subprocess.run(call, capture_output=True, text=True, timeout=LIMIT_S, check=False)
@@ -61,7 +63,7 @@ def answered(
     answers: List[WhatIfAnswer] = [
         WhatIfAnswer(**{**one, "reasons": list(one["reasons"])}) for one in values["answers"]
     ]
-    return WhatIfResponse(True, values["table"], answers)
+    return WhatIfResponse(True, values["table"], answers, values["plot"])
 
 
 def asked_for(question: WhatIfRequest) -> List[str]:

@@ -126,7 +126,7 @@ TOPICS: Tuple[Topic, ...] = (
         names.STEP_ACK,
         "yarm/StepAck",
         f"{COMMANDER}, {CONTROLS}, {SANDER}, {SAFETY}, run_experiment",
-        SIM,
+        f"{SIM}, {COMMANDER}",
         "each tick, in lock-step only",
         queue=100,
         meaning="a participant is done with a tick",
@@ -179,6 +179,26 @@ TOPICS: Tuple[Topic, ...] = (
         "30 Hz",
         "world",
         meaning="each object and its points",
+    ),
+    Topic(
+        names.TRACKED_OBJECTS,
+        "yarm/TrackedObjects",
+        ASSOC,
+        f"{COMMANDER}, {SAFETY}",
+        "30 Hz",
+        "world",
+        queue=10,
+        meaning="what nobody registered, over time: one identity, place, velocity and their covariance each",
+    ),
+    Topic(
+        names.TRACKS,
+        "visualization_msgs/MarkerArray",
+        ASSOC,
+        "RViz",
+        "30 Hz",
+        "world",
+        queue=2,
+        meaning="the same: boxes, arrows to where each will be in a second, identities; pale what is hidden",
     ),
     Topic(
         names.PLANNING_METADATA,
@@ -306,7 +326,17 @@ TOPICS: Tuple[Topic, ...] = (
         "30 Hz",
         "world",
         queue=10,
-        meaning="clearance ahead of each robot, and who is held",
+        meaning="clearance ahead of each robot, who is held, and how far people are and must be",
+    ),
+    Topic(
+        names.SAFETY_PEOPLE,
+        "visualization_msgs/MarkerArray",
+        SAFETY,
+        "RViz, console",
+        "30 Hz",
+        "world",
+        queue=2,
+        meaning="where each of whom nobody registered may be by the time a robot that drives at 1 m/s stands",
     ),
     Topic(names.sander_state("{arm}"), "std_msgs/Int8", SANDER, CONTROLS, "on change", latched=True, meaning="0 to 5"),
     Topic(
@@ -406,29 +436,6 @@ HAND_TOPICS: Tuple[Topic, ...] = (
     ),
 )
 """Of mobile robots with a hand, besides the cell's."""
-
-ARM_TOPICS: Tuple[Topic, ...] = (
-    Topic("/clock", "rosgraph_msgs/Clock", "youbot_simulation", "all", "60 Hz", queue=10, meaning="simulated time"),
-    Topic(
-        names.ARM_COMMAND,
-        "trajectory_msgs/JointTrajectory",
-        "people, rosbag play tour.bag",
-        "youbot_simulation",
-        "on demand",
-        queue=10,
-        meaning="a motion of the arm in the driver's angles, rad; one that cannot be followed is refused in the log",
-    ),
-    Topic(
-        names.ARM_JOINT_STATES,
-        "sensor_msgs/JointState",
-        "youbot_simulation",
-        "people",
-        "60 Hz",
-        queue=10,
-        meaning="measured angles and speeds of arm_joint_1 to 5, the driver's",
-    ),
-)
-"""Of the youBot's arm on its floor."""
 
 HAND_SERVICES: Tuple[Service, ...] = (
     Service(names.gripper("{robot}", "on"), "std_srvs/Empty", SIM, "suction on: the cup takes what it presses on"),

@@ -66,11 +66,11 @@ TOPICS: Tuple[Topic, ...] = (
         names.DEPTH_INFO,
         "sensor_msgs/CameraInfo",
         ROOM,
-        "RViz",
+        "explorer, RViz",
         "20 Hz when somebody listens",
         names.DEPTH_FRAME,
         queue=2,
-        meaning="the depth camera's pinhole",
+        meaning="the depth camera's pinhole; images of another one than the TurtleBot's are left out",
     ),
     Topic(
         names.BUMPER,

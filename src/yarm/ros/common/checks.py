@@ -18,7 +18,15 @@ from shape_msgs.msg import SolidPrimitive
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
 from yarm.geometry.kinds import ROBOT_KINDS, ObjectKind
-from yarm.msg import ObjectRegistry, SafetyStatus, SanderStatus, StepAck, TransformStampedVector
+from yarm.msg import (
+    ObjectRegistry,
+    PlanReport,
+    SafetyStatus,
+    SanderStatus,
+    StepAck,
+    TrackedObjects,
+    TransformStampedVector,
+)
 from yarm.safety.heartbeat import AHEAD_S
 
 FARTHEST_M = 1e3
@@ -157,6 +165,30 @@ def safety_fault(message: SafetyStatus, now_s: float) -> str:
     return stamp_fault(message.header.stamp.to_sec(), now_s)
 
 
+def plan_fault(message: PlanReport) -> str:
+    """Lengths of what a plan's report says of each robot."""
+    per_robot = (message.goals, message.statuses, message.robot_ms, message.length_cells, message.paths)
+    lengths = tuple(map(len, per_robot))
+    if set(lengths) != {len(message.robots)}:
+        return f"{len(message.robots)} robots, but goals, statuses, robot_ms, length_cells, paths: {lengths}"
+    return ""
+
+
+def tracks_fault(message: TrackedObjects, now_s: float) -> str:
+    """Numbers, identities and stamp of what is followed."""
+    numbers = [one.id for one in message.objects]
+    if len(set(numbers)) != len(numbers):
+        return f"ids must be unique: {numbers}"
+    for one in message.objects:
+        p, v, e = one.position, one.velocity, one.extent
+        values = (p.x, p.y, p.z, v.x, v.y, v.z, e.x, e.y, e.z, *one.covariance)
+        if not all(math.isfinite(value) and abs(value) <= FARTHEST_M for value in values):
+            return f"object {one.id}: position, velocity, extent and covariance must be within {FARTHEST_M:g}"
+        if not one.age_s >= 0.0:
+            return f"object {one.id}: age_s must be at least 0, it is {one.age_s:g}"
+    return stamp_fault(message.header.stamp.to_sec(), now_s)
+
+
 def seeds_fault(message: TransformStampedVector, now_s: float) -> str:
     """Lengths, names and stamp of the seeds; each seed's numbers are for ``transform_fault``."""
     lengths = (len(message.transforms), len(message.type), len(message.frame), len(message.object))
@@ -211,6 +243,7 @@ __all__: Tuple[str, ...] = (
     "joints_fault",
     "map_fault",
     "numbers_fault",
+    "plan_fault",
     "pose_fault",
     "present_s",
     "registry_fault",

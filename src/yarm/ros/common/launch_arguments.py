@@ -21,6 +21,7 @@ from yarm.robots.hc10 import NAME
 from yarm.sim.scenes.arena import arena_path, shipped_arenas
 from yarm.sim.scenes.layout_file import KNOWN, is_layout
 from yarm.sim.scenes.scene import SceneError, load_scene
+from yarm.sim.scenes.specs import DRAWN, NOT_DRAWN
 
 MAX_SEED = 2**31 - 1
 Check = Callable[[str], str]
@@ -112,9 +113,11 @@ CHECKS: Dict[str, Check] = {
     "time_limit_s": _number(1.0, 36000.0),
     "backend": _one_of("fused", "pcl"),
     "mode": _one_of("bounded", "boundless"),
+    "shapes": _one_of(DRAWN, NOT_DRAWN),
     "check_steps": _one_of(*(mode.value for mode in CheckSteps)),
     "execution": _one_of(*(way.value for way in Execution)),
     "hidden": _one_of(*(policy.value for policy in HiddenPolicy)),
+    "debris_size": _number(0.0, 1.0),
     "removal": _one_of(*(way.value for way in Removal)),
     "real_time_factor": _number(0.0, 100.0),
     "recording": _recording,
@@ -145,7 +148,12 @@ CHECKS: Dict[str, Check] = {
             "gate",
             "rough_pose",
             "recogniser",
+            "score",
             "console",
+            "keep",
+            "registry",
+            "sim_time",
+            "watch",
         ),
         _BOOL,
     ),

@@ -7,6 +7,7 @@ All names are relative, so that they can be remapped and pushed into a namespace
 from __future__ import annotations
 
 from yarm.robots import ankurbot, hc10
+from yarm.robots import youbot as youbot_robot
 
 WORLD_FRAME = "world"
 
@@ -31,6 +32,8 @@ COLLISIONS = "collisions"
 OCCUPANCY = "occupancy"
 HIDDEN_CELLS = "hidden_cells"
 SEEN_CELLS = "seen_cells"
+TRACKED_OBJECTS = "tracked_objects"
+TRACKS = "tracks"
 COVERAGE = "coverage"
 PREDICT_NEW_STATE = "predict_new_state"
 DIAGNOSTICS = "/diagnostics"
@@ -122,6 +125,7 @@ DECISIONS = "commander/decisions"
 PARTICLES_AND_WAYPOINTS = "particles_and_waypoints"
 MAPS_AND_MASKS = "maps_and_masks"
 SAFETY_STATUS = "safety/status"
+SAFETY_PEOPLE = "safety/people"
 SAFETY_STOP = "safety/stop"
 SAFETY_STOPPED_BY = "safety/stopped_by"
 """Parameter that keeps a stop over the death of the node that serves it: who stopped everything, empty for nobody."""
@@ -130,13 +134,22 @@ SAFETY_STOPPED_BY = "safety/stopped_by"
 TARGET_POSITION = "target_position"
 ARM_COMMAND = "EffortJointInterface_trajectory_controller/command"
 ARM_JOINT_STATES = "joint_states"
+YOUBOT_NODE = "youbot_simulation"
+YOUBOT_VELOCITY = "cmd_vel"
+
+
+def youbot(name: str) -> str:
+    """A topic of the youBot on its floor: status, hand_path."""
+    return f"{youbot_robot.NAME}/{name}"
+
 
 # Nodes whose heartbeats others wait for.
 COMMANDER_NODE = "commander"
 SAFETY_NODE = "safety_monitor"
 
-# The operator's page; nobody waits for it.
+# The operator's page, and who keeps what becomes of missions; nobody waits for them.
 CONSOLE_NODE = "console"
+KEEPER_NODE = "mission_keeper"
 
 CASTERS = ankurbot.CASTERS
 

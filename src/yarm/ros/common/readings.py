@@ -8,11 +8,11 @@ from typing import Any, Callable, FrozenSet, Optional, Tuple
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry as OdometryMessage
-from sensor_msgs.msg import Image, LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
 
 from yarm.geometry.scans import Odometry, Scan
 from yarm.msg import BumperEvent as BumperMessage
-from yarm.robots.turtlebot import CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
+from yarm.robots.turtlebot import CAMERA_FOCAL_PX, CAMERA_HEIGHT_PX, CAMERA_WIDTH_PX, Bumper, BumperEvent
 from yarm.ros.common.checks import Doorkeeper, pose_fault, stamp_fault
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.frames import Frames
@@ -21,6 +21,10 @@ IMAGE_BYTES = 2**21
 PRESSED_M = 1.0
 """Points of the bumper's cloud nearer than this are pressed sectors; the others are put far away."""
 XY_FIELDS = [("x", 0, PointField.FLOAT32), ("y", 4, PointField.FLOAT32)]
+FOCAL_SHARE = 0.02
+"""Of the focal length: a camera that differs by more is another one; it would lift the floor by more than 6 mm."""
+CENTRE_PX = 3.0
+"""A centre farther than this from the image's is another camera's; at 2.5 m it would lift the floor by 14 mm."""
 LEAST_TURN_RAD = 1e-6
 """Beams that turn by less look all the same way."""
 
@@ -111,6 +115,32 @@ def image_fault(message: Image) -> str:
         return f"encoding {message.encoding!r}, expected 32FC1, little-endian, metres"
     if len(message.data) != 4 * message.width * message.height:
         return f"{len(message.data)} bytes for {message.width} x {message.height} pixels of 4 bytes"
+    return ""
+
+
+def camera_fault(message: CameraInfo) -> str:
+    """Why low obstacles cannot be found in the images of this depth camera; empty when they can.
+
+    They are looked for with the focal length and the middle of the TurtleBot's camera (``turtlebot.CAMERA_FOCAL_PX``).
+    """
+    if (message.width, message.height) != (CAMERA_WIDTH_PX, CAMERA_HEIGHT_PX):
+        return f"{message.width} x {message.height} pixels, expected {CAMERA_WIDTH_PX} x {CAMERA_HEIGHT_PX}"
+    middle = 0.5 * (CAMERA_WIDTH_PX - 1), 0.5 * (CAMERA_HEIGHT_PX - 1)
+    focal_px = FOCAL_SHARE * CAMERA_FOCAL_PX
+    for index, name, expected, allowed in (
+        (0, "fx", CAMERA_FOCAL_PX, focal_px),
+        (4, "fy", CAMERA_FOCAL_PX, focal_px),
+        (2, "cx", middle[0], CENTRE_PX),
+        (5, "cy", middle[1], CENTRE_PX),
+    ):
+        value = message.K[index]
+        if not math.isfinite(value) or value <= 0.0:
+            return f"K[{index}] ({name}) is {value:g} px, expected {expected:g}"
+        if abs(value - expected) > allowed:
+            return (
+                f"K[{index}] ({name}) is {value:g} px, {value - expected:+.1f} from {expected:g}, "
+                f"allowed {allowed:.1f} either way"
+            )
     return ""
 
 

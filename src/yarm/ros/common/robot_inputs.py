@@ -12,7 +12,7 @@ import numpy as np
 import rospy
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
-from sensor_msgs.msg import Image, LaserScan, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 
 from yarm.geometry import FloatArray
 from yarm.geometry.scans import Odometry, Scan
@@ -24,11 +24,22 @@ from yarm.robots.turtlebot import Bumper, BumperEvent
 from yarm.ros.common import names
 from yarm.ros.common.checks import present_s
 from yarm.ros.common.frames import Frames
-from yarm.ros.common.readings import image_fault, listen, read_bumper, read_odometry, read_pressed, read_scan
+from yarm.ros.common.readings import (
+    camera_fault,
+    image_fault,
+    listen,
+    read_bumper,
+    read_odometry,
+    read_pressed,
+    read_scan,
+)
 from yarm.ros.navigation.maps import grid_fault, grid_of
 
 LOOK_AGAIN_S = 0.005
 """Wall time after which a pass that waits looks at the transforms again, s."""
+
+CAMERA_REMEDY = "set the camera to the TurtleBot's resolution and calibration, or low_obstacles to false"
+"""What to do about another depth camera."""
 
 
 class InputParams(Protocol):
@@ -80,6 +91,7 @@ class RobotInputs:
         self._answered: Set[str] = set()
         self._map: Optional[GridMap] = None
         self._map_count = 0
+        self._other_camera: Optional[Tuple[float, str]] = None
         self.forget()
         self._subscribers = [
             listen(names.SCAN, LaserScan, self._on_scan, 10),
@@ -91,12 +103,13 @@ class RobotInputs:
         if bumper and params.sync:
             self._subscribers.append(listen(names.BUMPER_CLOUD, PointCloud2, self._on_pressed, 10))
         if low:
+            self._subscribers.append(listen(names.DEPTH_INFO, CameraInfo, self._on_depth_camera, 1))
             self._subscribers.append(listen(names.DEPTH_IMAGE, Image, self._on_depth_image, 1))
         if params.sync:
             self._subscribers.append(listen(names.STEP_ACK, StepAck, self._on_ack, 100))
 
     def forget(self) -> None:
-        """Time went backwards: nothing has been measured yet. The map stays: who serves it says it once."""
+        """Time went backwards: nothing has been measured yet. Map and camera stay: they may be told only once."""
         with self._changed:
             self._scans: Deque[Scan] = deque(maxlen=self._kept)
             self._past: Deque[Odometry] = deque(maxlen=self._kept)
@@ -231,12 +244,23 @@ class RobotInputs:
         self._answered.add(message.node)
         return ""
 
+    def _on_depth_camera(self, message: CameraInfo) -> str:
+        """The images of another camera are left out; one that says nothing of itself counts as the TurtleBot's."""
+        fault = camera_fault(message)
+        with self._changed:
+            since_s = message.header.stamp.to_sec() if self._other_camera is None else self._other_camera[0]
+            self._other_camera = (since_s, fault) if fault else None
+            if fault:
+                self._low = None
+                self._changed.notify_all()
+        return f"{fault}; its images are left out, {CAMERA_REMEDY}" if fault else ""
+
     def _on_depth_image(self, message: Image) -> str:
         fault = image_fault(message)
         if not fault:
             depth = np.frombuffer(message.data, np.float32).reshape(message.height, message.width)
             low = low_obstacles(depth)
             with self._changed:
-                self._low = message.header.stamp.to_sec(), low
+                self._low = (message.header.stamp.to_sec(), low) if self._other_camera is None else None
                 self._changed.notify_all()
         return fault

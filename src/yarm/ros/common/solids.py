@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, Mapping, Optional, Tuple
 
+import numpy as np
 from geometry_msgs.msg import Pose
 from shape_msgs.msg import SolidPrimitive
 
+from yarm.geometry import FloatArray
 from yarm.geometry.solids import Shape, Solid
 from yarm.msg import RegisteredObject
+from yarm.robots.ankurbot import drawn_up
 from yarm.ros.common.conversions import matrix_of_pose
 
 SHAPE_OF: Dict[int, Shape] = {
@@ -23,6 +26,27 @@ def solids_of(entry: RegisteredObject) -> List[Tuple[str, Solid]]:
     """The known solids of an object, each with the tf frame it is fixed to; primitives of other shapes are left out."""
     known = [(f, solid_of(shape, p)) for shape, p, f in zip(entry.shapes, entry.shape_poses, entry.shape_frames)]
     return [(frame, solid) for frame, solid in known if solid is not None]
+
+
+def solids_at_tip(entry: RegisteredObject, poses: Mapping[str, FloatArray]) -> Optional[List[Solid]]:
+    """The known solids of a mobile robot in its end effector's frame, a hand drawn up; None while frames are missing.
+
+    Args:
+        entry: of the robot.
+        poses: T_world_frame (4, 4) of frames, by name.
+    """
+    T_world_ee = poses.get(entry.seed_frame)
+    if T_world_ee is None:
+        return None
+    T_ee_world, found = np.linalg.inv(T_world_ee), []
+    for frame, solid in solids_of(entry):
+        T_ee_frame = drawn_up(entry.name, frame)
+        if T_ee_frame is None:
+            if frame not in poses:
+                return None
+            T_ee_frame = T_ee_world @ poses[frame]
+        found.append(solid.seen_from(T_ee_frame))
+    return found
 
 
 def solid_of(primitive: SolidPrimitive, pose: Pose) -> Optional[Solid]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import rospy
+from visualization_msgs.msg import MarkerArray
 
 from yarm.console.cell import Part
 from yarm.console.foresight import Foresight
@@ -23,10 +24,13 @@ from yarm.ros.console.cell_words import (
     cameras,
     commander_words,
     drawing_of,
+    people_discs,
     safety_words,
+    server_words,
     speed_words,
     ways_ahead,
 )
+from yarm.ros.console.newest import Newest
 from yarm.ros.console.robots import RobotBook
 from yarm.ros.console.routes import Route
 from yarm.ros.console.transforms import PoseBook
@@ -47,6 +51,7 @@ KEPT = {
     names.SIM_STATUS: SimStatus,
     names.PLAN_REPORT: PlanReport,
     names.PLANNING_METADATA: MapMetaData,
+    names.SAFETY_PEOPLE: MarkerArray,
 }
 
 
@@ -64,8 +69,7 @@ class CellBook:
             warn: takes a line about a message that cannot be used.
         """
         self._poses, self._areas, self._warn = poses, areas, warn
-        self._newest: Dict[str, Any] = {}
-        self._heard: Dict[str, Tuple[float, float]] = {}
+        self._newest = Newest()
         self._clock: Optional[Tuple[float, float]] = None
         self._scene, self._version = Scene(), 0
         self._scene_part = Part(0, self._scene.message(0))
@@ -79,7 +83,7 @@ class CellBook:
     @property
     def active(self) -> bool:
         """Something has been heard that only a cell has."""
-        return self._version > 0 or any(topic in self._heard for topic in SENDERS if topic not in OF_ROOMS_TOO)
+        return self._version > 0 or any(self._newest.has_come(topic) for topic in SENDERS if topic not in OF_ROOMS_TOO)
 
     def routes(self) -> Mapping[str, Route]:
         """What it wants to hear now, by topic."""
@@ -87,7 +91,7 @@ class CellBook:
 
     def heard(self, topic: str, now_s: float, wall_s: float) -> None:
         """A message of a topic came, at a simulated time and at one of a clock on the wall, s."""
-        self._heard[topic] = (wall_s, now_s)
+        self._newest.came(topic, now_s, wall_s)
 
     def parts(self) -> Dict[str, Part]:
         """Bodies and cameras."""
@@ -112,33 +116,34 @@ class CellBook:
             if at is not None:
                 self._trails.follow(name, at[0], at[1])
         cell_map = self._read_map(self._newest.get(names.PLANNING_METADATA))
-        lines = self._trails.lines(DRIVEN_M) + self._robots.lines(poses)
+        lines = self._trails.lines(DRIVEN_M) + self._robots.lines(poses, self._scene.bodies)
+        lines += people_discs(self._people(now_s))
         if cell_map is not None:
             lines += self._foresight.lines(cell_map)
             lines += ways_ahead(self._newest.get(names.PLAN_REPORT), cell_map.spec)
+        servers = {name: self._newest.last(topic) for name, topic in self._robots.servers().items()}
         words = {
             "time_s": round(now_s, 3),
             "silent": silent,
             "arms": self._robots.arms(),
+            "servers": server_words(servers, wall_s, now_s),
             **commander_words(self._newest.get(names.COMMANDER_STATUS)),
             **safety_words(self._newest.get(names.SAFETY_STATUS)),
             **speed_words(self._newest.get(names.SIM_STATUS)),
         }
         return state_message(words, self._scene, self._version, poses, cell_map, lines)
 
+    def _people(self, now_s: float) -> Optional[MarkerArray]:
+        """What was said of people, unless that is old."""
+        _, said_s = self._newest.last(names.SAFETY_PEOPLE)
+        return self._newest.get(names.SAFETY_PEOPLE) if abs(now_s - said_s) <= STALE_S else None
+
     def _route(self) -> None:
-        found = {topic: Route(kind, self._keep(topic), raw=kind is MapMetaData) for topic, kind in KEPT.items()}
         self._routes = {
-            **found,
+            **self._newest.routes(KEPT, raw=[MapMetaData]),
             names.OBJECT_REGISTRY: Route(ObjectRegistry, self._on_registry),
             **self._robots.routes(),
         }
-
-    def _keep(self, topic: str) -> Callable[[Any], None]:
-        def keep(message: Any) -> None:
-            self._newest[topic] = message
-
-        return keep
 
     def _silences(self, now_s: float, wall_s: float) -> List[str]:
         """Who is not heard at a simulated time, s, and for how long: of a slow simulator's time, not of ours."""
@@ -149,13 +154,12 @@ class CellBook:
         if stands_s > STALE_S:
             said.append(f"simulated time stands still for {stands_s:.0f} s: what is shown is old")
         for topic, sender in SENDERS.items():
-            heard = self._heard.get(topic)
-            if heard is None:
+            if not self._newest.has_come(topic):
                 said.append(f"nothing heard from {sender} yet ({topic}); is it running?")
-            elif min(wall_s - heard[0], abs(now_s - heard[1])) > STALE_S:
-                said.append(
-                    f"nothing heard from {sender} for {wall_s - heard[0]:.0f} s ({topic}): what is shown is old"
-                )
+                continue
+            silence = self._newest.silence(topic, f"from {sender} ({topic})", now_s, wall_s)
+            if silence:
+                said.append(silence)
         return said
 
     def _read_map(self, message: Optional[rospy.AnyMsg]) -> Optional[CellMap]:

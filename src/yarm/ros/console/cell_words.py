@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
+from visualization_msgs.msg import Marker, MarkerArray
 
 from yarm.commander.requests import Situation
-from yarm.commander.states import State
+from yarm.commander.states import STATE_DOCS, State
 from yarm.console.buttons import buttons
 from yarm.console.picture import Area, BodyDrawing, CameraDrawing, Line
 from yarm.geometry import GridSpec
@@ -19,11 +20,14 @@ from yarm.robots.hc10 import Station, parse_area
 from yarm.ros.common import names
 from yarm.ros.common.solids import solids_of
 from yarm.ros.common.stations import load_station
+from yarm.ros.common.status_age import STALE_S
 from yarm.ros.controls.params import ControlsServerParams
 from yarm.sim.sensors.camera_model import KINECT, OVERHEAD_POSITIONS_M
 
 PATH_M = 0.95
 """Height at which ways ahead are drawn, metres."""
+DISC_M, CORNERS = 0.03, 32
+"""Height at which discs on the floor are drawn, metres, and corners that a circle is drawn with."""
 
 
 def drawing_of(entry: RegisteredObject) -> BodyDrawing:
@@ -95,6 +99,7 @@ def commander_words(status: Optional[CommanderStatus]) -> Dict[str, Any]:
     return {
         "commander": {
             "state": status.state_name,
+            "means": STATE_DOCS[State(status.state)],
             "busy": status.busy,
             "outcome": status.outcome,
             "reason": status.reason,
@@ -127,6 +132,38 @@ def safety_words(status: Optional[SafetyStatus]) -> Dict[str, Any]:
             for name, clearance, nearest, held in rows
         ],
     }
+
+
+def people_discs(message: Optional[MarkerArray]) -> List[Line]:
+    """The discs in which people may be before a robot stands, as the safety monitor says."""
+    found = []
+    turns = np.linspace(0.0, 2.0 * math.pi, CORNERS + 1)
+    for each in message.markers if message is not None else ():
+        numbers = (each.pose.position.x, each.pose.position.y, each.scale.x)
+        if each.action != Marker.ADD or not all(map(math.isfinite, numbers)):
+            continue
+        x, y, width = numbers
+        circle = np.column_stack([x + 0.5 * width * np.cos(turns), y + 0.5 * width * np.sin(turns)])
+        found.append(Line("people", each.ns, np.column_stack([circle, np.full(len(turns), DISC_M)])))
+    return found
+
+
+def server_words(heard: Mapping[str, Tuple[float, float]], wall_s: float, now_s: float) -> List[Dict[str, Any]]:
+    """Whether the action server of each robot and arm answers.
+
+    Args:
+        heard: when each was heard last: by a clock on the wall, and simulated time, s; infinitely long ago for never.
+        wall_s: the clock on the wall now, s.
+        now_s: simulated time, s.
+    """
+    found = []
+    for name, (wall, simulated) in sorted(heard.items()):
+        silent_s = min(wall_s - wall, abs(now_s - simulated))
+        level, text = ("ok", "answers") if silent_s <= STALE_S else ("error", f"silent for {silent_s:.0f} s")
+        if math.isinf(silent_s):
+            level, text = "stale", "not heard yet"
+        found.append({"name": f"action server of {name}", "level": level, "text": text})
+    return found
 
 
 def speed_words(status: Optional[SimStatus]) -> Dict[str, Any]:

@@ -12,7 +12,7 @@ from yarm.console.wire import encode
 from yarm.ros.common import names
 from yarm.ros.console.routes import Route
 
-TELLERS = (names.COMMANDER_NODE, names.EXPLORER_NODE, names.INSPECTOR_NODE)
+TELLERS = (names.COMMANDER_NODE, names.EXPLORER_NODE, names.INSPECTOR_NODE, names.YOUBOT_NODE)
 """Nodes that lead a mission: all that they say is of interest to a person at the cell."""
 MOST = 200
 LONGEST = 400

@@ -13,7 +13,7 @@ from yarm.console.cell import Answer
 from yarm.ros.common import names
 from yarm.srv import StateChange, Why
 
-STOPPERS = f"{names.SAFETY_NODE} (in a room {names.GATE_NODE})"
+STOPPERS = f"{names.SAFETY_NODE} (in a room {names.GATE_NODE}, on the youBot's floor {names.YOUBOT_NODE})"
 """Who serves the stop."""
 
 

@@ -98,9 +98,8 @@ def show_recorded(run: Path, export: Optional[Path], port: int) -> int:
             sys.stdout.write(f"console: {found.film.title} is in {export}, {export.stat().st_size / 1e6:.1f} MB\n")
             return 0
         params = build(ConsoleParams, {"port": port, "results": str(found.results)})
-        token = new_token()
-        server = ConsoleServer(params, token, found.film, resource("web"), logging.getLogger(__name__).warning)
-        asyncio.run(serve(server.application(), params, token))
+        server = ConsoleServer(params, new_token(), found.film, resource("web"), logging.getLogger(__name__).warning)
+        asyncio.run(serve(server.application(), params, ""))  # there is nothing to command
     except (FilmError, ResultError, ParamError, OSError) as error:
         sys.stderr.write(f"console: {error}\n")
         return FAILED

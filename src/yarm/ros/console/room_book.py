@@ -20,8 +20,8 @@ from yarm.geometry.solids import Shape, Solid
 from yarm.msg import ExplorerStatus, InspectionStatus, SafetyStatus, SimStatus, TagVerdict
 from yarm.robots.turtlebot import BODY_BOTTOM_M, BODY_TOP_M, HEIGHT_M, RADIUS_M, TYPE
 from yarm.ros.common import names
-from yarm.ros.common.status_age import STALE_S
 from yarm.ros.console.cell_words import finite, safety_words, speed_words
+from yarm.ros.console.newest import Newest
 from yarm.ros.console.routes import Route
 from yarm.ros.console.transforms import PoseBook
 
@@ -52,8 +52,8 @@ class RoomBook:
             warn: takes a line about a message that cannot be used.
         """
         self._poses, self._warn = poses, warn
-        self._newest: Dict[str, Any] = {}
-        self._heard: Dict[str, Tuple[float, float]] = {}
+        self._newest = Newest()
+        self._markers: Dict[str, Dict[Tuple[str, int], Marker]] = {topic: {} for topic in MARKED}
         self._maps: Dict[str, RoomMap] = {}
         self._trails = Trails()
         self._versions = {"map": 0, "marks": 0}
@@ -69,7 +69,7 @@ class RoomBook:
             **dict.fromkeys(WAYS, Path),
             **STATUSES,
         }
-        self._routes = {topic: Route(kind, self._keep(topic)) for topic, kind in kept.items()}
+        self._routes = self._newest.routes(kept)
         self._routes.update({topic: Route(MarkerArray, self._marker(topic)) for topic in MARKED})
         for topic in (names.MAP, names.explorer("map")):
             self._routes[topic] = Route(OccupancyGrid, self._mapped(topic))
@@ -77,7 +77,7 @@ class RoomBook:
     @property
     def active(self) -> bool:
         """Something has been heard that only a room has."""
-        return bool(self._maps) or any(topic in self._newest for topic in STATUSES)
+        return bool(self._maps) or any(self._newest.get(topic) is not None for topic in STATUSES)
 
     def routes(self) -> Dict[str, Route]:
         """What it listens to."""
@@ -85,7 +85,7 @@ class RoomBook:
 
     def heard(self, topic: str, now_s: float, wall_s: float) -> None:
         """A message of a topic came, at a simulated time and at one of a clock on the wall, s."""
-        self._heard[topic] = (wall_s, now_s)
+        self._newest.came(topic, now_s, wall_s)
 
     def parts(self) -> Dict[str, Part]:
         """Robot, map, marks."""
@@ -122,17 +122,11 @@ class RoomBook:
         lines = [*self._trails.lines(LOW_M), *self._ways(), *self._particles(), *self._scan()]
         return state_message(words, self._scene, FIRST_VERSION, poses, None, lines)
 
-    def _keep(self, topic: str) -> Callable[[Any], None]:
-        def keep(message: Any) -> None:
-            self._newest[topic] = message
-
-        return keep
-
     def _marker(self, topic: str) -> Callable[[MarkerArray], None]:
         """Of each name space and number the newest marker, until it is deleted."""
 
         def take(message: MarkerArray) -> None:
-            known = self._newest.setdefault(topic, {})
+            known = self._markers[topic]
             for each in message.markers:
                 if each.action == Marker.DELETEALL:
                     known.clear()
@@ -168,7 +162,7 @@ class RoomBook:
     def _marks_part(self, version: int) -> bytes:
         marks = Marks()
         for topic in MARKED:
-            for each in self._newest.get(topic, {}).values():
+            for each in self._markers[topic].values():
                 if each.header.frame_id.lstrip("/") == names.MAP_FRAME:
                     draw(marks, each)
         return marks.message(version)
@@ -209,12 +203,9 @@ class RoomBook:
         return {"title": "Room", "facts": [], "verdicts": []} if explorer is None else exploration_words(explorer)
 
     def _silences(self, now_s: float, wall_s: float) -> List[str]:
-        said = []
-        for topic in (*STATUSES, names.SCAN, names.SAFETY_STATUS):
-            heard = self._heard.get(topic)
-            if heard is not None and min(wall_s - heard[0], abs(now_s - heard[1])) > STALE_S:
-                said.append(f"nothing heard on {topic} for {wall_s - heard[0]:.0f} s: what is shown is old")
-        return said
+        topics = (*STATUSES, names.SCAN, names.SAFETY_STATUS)
+        said = [self._newest.silence(topic, f"on {topic}", now_s, wall_s) for topic in topics]
+        return [silence for silence in said if silence]
 
 
 def turtlebot() -> BodyDrawing:

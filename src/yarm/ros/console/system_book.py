@@ -1,14 +1,15 @@
-"""What is known of a system, a cell or a robot in a room: whichever is heard."""
+"""What is known of a system, a cell, a robot in a room or the youBot on its floor: whichever is heard."""
 
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, List, Mapping, Sequence
+from typing import Any, Callable, Dict, List, Mapping, Sequence, Union
 
 from yarm.console.cell import Part
 from yarm.console.picture import Area
 from yarm.ros.console.cell_book import CellBook
 from yarm.ros.console.events import EventLog
+from yarm.ros.console.floor_book import FloorBook
 from yarm.ros.console.room_book import RoomBook
 from yarm.ros.console.routes import Route
 from yarm.ros.console.transforms import PoseBook
@@ -27,7 +28,7 @@ class SystemBook:
         self._lock = threading.RLock()
         self._poses, self._events = PoseBook(warn), EventLog()
         self._cell = CellBook(self._poses, areas, warn)
-        self._room = RoomBook(self._poses, warn)
+        self._room, self._floor = RoomBook(self._poses, warn), FloorBook(self._poses, warn)
         self._wanted: Mapping[str, Route] = {}
         self._routes: Mapping[str, Route] = {}
 
@@ -37,7 +38,8 @@ class SystemBook:
             if self._wanted is not self._cell.routes():
                 self._wanted = self._cell.routes()
                 found: Dict[str, Route] = {**self._poses.routes(), **self._events.routes()}
-                for topic, route in (*self._room.routes().items(), *self._wanted.items()):
+                others = (*self._room.routes().items(), *self._floor.routes().items())
+                for topic, route in (*others, *self._wanted.items()):
                     known = found.get(topic)
                     found[topic] = route if known is None else route._replace(take=_both(known.take, route.take))
                 self._routes = {t: route._replace(take=self._locked(route.take)) for t, route in found.items()}
@@ -48,11 +50,12 @@ class SystemBook:
         with self._lock:
             self._cell.heard(topic, now_s, wall_s)
             self._room.heard(topic, now_s, wall_s)
+            self._floor.heard(topic, now_s, wall_s)
 
     def parts(self) -> Dict[str, Part]:
         """What seldom changes, by name."""
         with self._lock:
-            return {**(self._room if self._in_room else self._cell).parts(), "events": self._events.part()}
+            return {**self._shown.parts(), "events": self._events.part()}
 
     def state(self, now_s: float, wall_s: float) -> bytes:
         """Everything else.
@@ -62,11 +65,13 @@ class SystemBook:
             wall_s: a clock on the wall that never goes backwards, s.
         """
         with self._lock:
-            return (self._room if self._in_room else self._cell).state(now_s, wall_s)
+            return self._shown.state(now_s, wall_s)
 
     @property
-    def _in_room(self) -> bool:
-        return self._room.active and not self._cell.active
+    def _shown(self) -> Union[CellBook, RoomBook, FloorBook]:
+        if self._floor.active:
+            return self._floor
+        return self._room if self._room.active and not self._cell.active else self._cell
 
     def _locked(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
         """A page's picture must not see half of a message."""

@@ -18,6 +18,7 @@ class MoveRobotServer(GoalQueue):
     def __init__(self, name: str, wake: Callable[[], None]) -> None:
         """Advertise the action; arguments as of the queue."""
         self.received: Dict[str, int] = {}
+        self.results = 0
         super().__init__(name, MoveRobotAction, wake)
 
     def _arrived(self, message: Any) -> None:
@@ -27,6 +28,11 @@ class MoveRobotServer(GoalQueue):
         with self.lock:
             self.received[sender] = self.received.get(sender, 0) + 1
         super()._arrived(message)
+
+    def publish_result(self, status: Any, result: Any) -> None:
+        """Count it, as usual else."""
+        self.results += 1
+        super().publish_result(status, result)
 
     @staticmethod
     def reject(handle: ServerGoalHandle, reason: str) -> None:
@@ -60,11 +66,12 @@ class MoveRobotServer(GoalQueue):
         with self.lock:
             self.forget_stamps()
             self.received.clear()
+            self.results = 0
 
     def close(self, reason: str) -> None:
         """Abort what is active and withdraw the action."""
         rospy.loginfo("%s withdrawn: %s", self.ns, reason)
-        received = dict(self.received)
+        received, results = dict(self.received), self.results
         self.forget(reason)
-        self.received = received
+        self.received, self.results = received, results
         self.stop()

@@ -59,6 +59,16 @@ class Hand:
         """Whether it has said what it holds, and a lift's commands are heard."""
         return self._grasping is not None and self._lift.get_num_connections() > 0
 
+    @property
+    def stage(self) -> str:
+        """What it does, for people."""
+        return str(self._work.stage.value)
+
+    @property
+    def lift_m(self) -> float:
+        """How far down it is, metres."""
+        return self._reading[0]
+
     def ready(self, stamp_s: float) -> bool:
         """Whether it has said what it holds at a tick; without lock-step always."""
         return self._said_s >= stamp_s - SAME_TICK_S

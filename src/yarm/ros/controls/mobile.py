@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Callable, List, Optional, Tuple
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import Pose, Twist
 from sensor_msgs.msg import JointState
@@ -14,11 +15,20 @@ from yarm.control.actions import MobileAction, SearchSpace
 from yarm.control.base.controller import BaseCommand, BaseController, BaseGoal, Outcome
 from yarm.control.base.footprint import Box, box_around, extent_in_cells
 from yarm.control.base.kinematics import Casters, full_turn
+from yarm.geometry import STRAY, transform_matrix
 from yarm.geometry.grid import GridSpec
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.poses import Pose2, yaw_of_quaternion
 from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject
-from yarm.robots.ankurbot import LIFT_JOINT
+from yarm.robots import bin as bins
+from yarm.robots.ankurbot import (
+    ANKURBOT_BEAMS,
+    ANKURBOT_DISCS,
+    ARM_REACH_M,
+    HAND_EE_HEIGHT_M,
+    LIFT_JOINT,
+    drawn_up,
+)
 from yarm.ros.common import names
 from yarm.ros.common.checks import FARTHEST_M, Doorkeeper, joints_fault, present_s
 from yarm.ros.common.solids import solids_of
@@ -87,7 +97,7 @@ class MobileUnit(RobotUnit):
             return fault
         if MobileAction.of(goal.action) in HAND_ACTIONS and (self._hand is None or not self._hand.known):
             return f"{goal.action}: {self._name} has no hand, or nobody moves it ({names.lift_command(self._name)})"
-        return ""
+        return hand_fault(goal.action, self._registered)
 
     def drives(self, goal: MoveRobotGoal) -> bool:
         """Every goal but a calibration moves the base."""
@@ -138,6 +148,9 @@ class MobileUnit(RobotUnit):
         """Velocity and acceleration of the end effector."""
         feedback.vx, feedback.vy = self._velocity[:2]
         feedback.ax, feedback.ay = self._acceleration
+        if self._hand is not None:
+            feedback.lift = self._hand.lift_m
+            feedback.stage = self._hand.stage if self._hand.active else "aligning" if self._hand_action else ""
 
     def ready(self, stamp_s: float) -> bool:
         """The casters' angles of this tick are here, and in lock-step its hand's word."""
@@ -201,7 +214,7 @@ class MobileUnit(RobotUnit):
         if self._calibration_s is None:
             self._calibration_s = now_s
         entry = self._registered(self._name)
-        boxes = [] if entry is None else boxes_in_base(entry, self._name)
+        boxes = [] if entry is None else boxes_in_base(entry, self._name) if entry.shapes else type_boxes()
         if boxes:
             self._calibrating = False
             area = ",".join(str(n) for n in extent_in_cells(boxes, GridSpec()))
@@ -262,6 +275,26 @@ class MobileUnit(RobotUnit):
         self._velocity, self._velocity_s = velocity, stamp_s
 
 
+def hand_fault(action: str, registered: Callable[[str], Optional[RegisteredObject]]) -> str:
+    """What is wrong with the name in a PICK or a DROP; empty for any other action, and when nothing is.
+
+    Args:
+        action: of the goal.
+        registered: entry of the object registry by name.
+    """
+    kind, name = MobileAction.of(action), action.partition(" ")[2].strip()
+    if kind not in HAND_ACTIONS:
+        return ""
+    wanted, example = ("a piece of debris", "debris_1") if kind is MobileAction.PICK else ("a bin", "bin_1")
+    entry = registered(name)
+    if not name:
+        return f"{action!r} needs the name of {wanted}, as in '{kind.value} {example}'"
+    if entry is None and not (kind is MobileAction.PICK and name.startswith(STRAY)):
+        return f"{action}: nobody in {names.OBJECT_REGISTRY} is called {name}"
+    fits = entry is None or (entry.object == ObjectKind.DEBRIS if kind is MobileAction.PICK else bins.is_bin(name))
+    return "" if fits else f"{action}: {name} is no {wanted[2:]}"
+
+
 def pose_fault(what: str, pose: Pose) -> str:
     """What is wrong with a pose of a goal; empty when nothing is."""
     position, q = pose.position, pose.orientation
@@ -293,7 +326,23 @@ def target_pose(pose: Pose) -> Pose2:
     return Pose2(pose.position.x, pose.position.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
 
 
+def type_boxes() -> List[Box]:
+    """Boxes around the solids of the type of robot this unit drives, for one whose own nobody drew."""
+    discs = [
+        ((d.x - d.radius, d.y - d.radius, d.z[0]), (d.x + d.radius, d.y + d.radius, d.z[1])) for d in ANKURBOT_DISCS
+    ]
+    beams = [((b.x[0], b.y[0], b.z[0]), (b.x[1], b.y[1], b.z[1])) for b in ANKURBOT_BEAMS]
+    return [(np.array(lower), np.array(upper)) for lower, upper in (*discs, *beams)]
+
+
 def boxes_in_base(entry: RegisteredObject, name: str) -> List[Box]:
-    """Boxes around a robot's registered solids, in its base frame."""
-    own = [solid for frame, solid in solids_of(entry) if frame == names.base_frame(name)]
+    """Boxes around a robot's registered solids, in its base frame, a hand drawn up."""
+    T_base_ee = transform_matrix((ARM_REACH_M, 0.0, HAND_EE_HEIGHT_M), (0.0, 0.0, 0.0, 1.0))
+    own = []
+    for frame, solid in solids_of(entry):
+        T_ee_frame = drawn_up(name, frame)
+        if T_ee_frame is not None:
+            own.append(solid.seen_from(T_base_ee @ T_ee_frame))
+        elif frame == names.base_frame(name):
+            own.append(solid)
     return [box_around(solid.half_extent, solid.pose) for solid in own]

@@ -100,6 +100,7 @@ class ControlsServer:
         self._lock_step_from_s = 0.0
         self._gone_sent = 0
         self._gone_received = 0
+        self._gone_results = 0
         self._reset = False
         self._ack = rospy.Publisher(names.STEP_ACK, StepAck, queue_size=100, tcp_nodelay=True)
         self._watchers = Watchers(params, params.sync)
@@ -335,7 +336,8 @@ class ControlsServer:
         for robot in self._robots.values():
             robot.unit.acknowledge(seeds.header.stamp.to_sec())
         sent = sum(robot.unit.simulator_commands for robot in self._robots.values())
-        self._ack.publish(step_ack(seeds.header.stamp, sent + self._gone_sent))
+        results = sum(robot.server.results for robot in self._robots.values())
+        self._ack.publish(step_ack(seeds.header.stamp, sent + self._gone_sent, results + self._gone_results))
 
     def _remove(self, name: str, reason: str) -> None:
         robot = self._robots.pop(name)
@@ -344,6 +346,7 @@ class ControlsServer:
         robot.unit.close()
         self._gone_sent += robot.unit.simulator_commands
         self._gone_received += self._received(robot)
+        self._gone_results += robot.server.results
 
     def _start_afresh(self) -> None:
         """Simulated time went backwards: abort every goal and forget every stamp; servers and connections stay."""
@@ -356,7 +359,7 @@ class ControlsServer:
         self._watchers.reset()
         self._last_s = -np.inf
         self._ack_after = None
-        self._gone_sent = self._gone_received = 0
+        self._gone_sent = self._gone_received = self._gone_results = 0
 
 
 def with_seeds(message: TransformStampedVector, kept: Sequence[bool]) -> TransformStampedVector:

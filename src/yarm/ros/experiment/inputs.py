@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Deque, Dict, List, Optional, Set, Tuple
+from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Float32, Int8
@@ -27,6 +28,7 @@ from yarm.msg import (
     SimStatus,
 )
 from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, plan_fault, pose_fault
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform
 
 ENDED = ("reached", "backing_out", "unreachable", "failed")
@@ -68,8 +70,15 @@ class Snapshot:
 class ExperimentInputs:
     """Subscribes to all of it; every callback takes the lock, hands on, and is done."""
 
-    def __init__(self, recorder: Recorder) -> None:
-        """Listen from now on."""
+    def __init__(self, recorder: Recorder, begun: Callable[[float], None] = lambda now_s: None) -> None:
+        """Listen from now on.
+
+        Args:
+            recorder: of what is heard.
+            begun: called with the simulated time, s, when a mission's first decision comes, before it is recorded; the
+                lock is held.
+        """
+        self._begun = begun
         self.lock = threading.Lock()
         self.recorder = recorder
         self.state = Snapshot()
@@ -80,6 +89,7 @@ class ExperimentInputs:
         self._goal_frames: Dict[str, str] = {}
         self._flange_frames: Dict[str, str] = {}
         self._fixed: Dict[str, Pose2] = {}
+        self._plan_door, self._goal_door = Doorkeeper(names.PLAN_REPORT), Doorkeeper("a robot's goal")
         self._robot_topics: Dict[str, List[rospy.Subscriber]] = {}
         self._subscribers = [
             rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=100, tcp_nodelay=True),
@@ -97,6 +107,16 @@ class ExperimentInputs:
         """Camera sets the simulator has published so far."""
         with self.lock:
             return 0 if self.state.sim is None else int(self.state.sim.camera_sets)
+
+    def mean_loop_ms(self) -> Dict[str, float]:
+        """Wall milliseconds a camera frame of each part of the simulator's loop, since ``loop_ms`` was emptied."""
+        with self.lock:
+            messages = list(self.loop_ms)
+        parts: Dict[str, List[float]] = {}
+        for message in messages:
+            for part, value in zip(message.parts, message.ms_per_frame):
+                parts.setdefault(part, []).append(value)
+        return {part: float(np.mean(values)) for part, values in parts.items()}
 
     def status_at(self, limit_s: float) -> Optional[CommanderStatus]:
         """The newest of the Commander's statuses stamped at or before a simulated time; the lock must be held."""
@@ -185,6 +205,8 @@ class ExperimentInputs:
                 self.state.ended_s.pop(task.goal, None)
 
     def _on_plan(self, message: PlanReport) -> None:
+        if self._plan_door.refuses(message, plan_fault(message)):
+            return
         with self.lock:
             self.recorder.step(message.safe)
             for i, robot in enumerate(message.robots):
@@ -214,20 +236,23 @@ class ExperimentInputs:
                 self.recorder.clearance(message.header.stamp.to_sec(), robot, nearest, distance)
 
     def _on_decision(self, message: Decision) -> None:
+        now_s = message.header.stamp.to_sec()
         with self.lock:
-            self.recorder.decision(
-                message.header.stamp.to_sec(), message.number, message.kind, message.robot, message.goal, message.text
-            )
+            if message.number == 1:
+                self._begun(now_s)
+            self.recorder.decision(now_s, message.number, message.kind, message.robot, message.goal, message.text)
 
     def _on_sim(self, message: SimStatus) -> None:
         with self.lock:
             self.state.sim = message
-            self.recorder.in_bins(dict(zip(message.debris, message.bins)))
+            self.recorder.in_bins(dict(zip(message.debris, message.bins)), message.lost)
             self.state.now_s = max(self.state.now_s, message.header.stamp.to_sec())
             self.loop_ms.append(message)
 
     def _on_goal(self, message: MoveRobotActionGoal, robot: str) -> None:
         if message.goal.action.lower() not in POSE_ACTIONS:
+            return
+        if self._goal_door.refuses(message, pose_fault(message.goal.target)):
             return
         target, q = message.goal.target.position, message.goal.target.orientation
         yaw = yaw_of_quaternion((q.x, q.y, q.z, q.w))

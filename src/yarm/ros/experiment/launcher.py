@@ -22,13 +22,13 @@ from yarm.experiments.cells.outcome import cell_line, kind_of, read_cell
 from yarm.experiments.run.cases import case_of
 from yarm.experiments.run.repeat import write_arguments
 from yarm.experiments.run.writers import explore_folder, inspect_folder
-from yarm.planning.fleet.problem import FINER_TURNS_DEG
 from yarm.planning.model.hidden import HiddenPolicy
 from yarm.planning.model.params import PlannerParams
 from yarm.robots.hc10 import NAME
+from yarm.robots.turns import FINER_TURNS_DEG, QUARTER_TURNS_DEG
 from yarm.ros.common.launch_arguments import CHECKS, faults
 from yarm.ros.experiment.console import Console, last_words
-from yarm.ros.experiment.page import page
+from yarm.ros.experiment.page import look_back, page
 from yarm.sim.checks.cell_check import unreachable_goals
 from yarm.sim.scenes.random_cell import KINDS, random_cell
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene
@@ -42,6 +42,8 @@ HALF_TURN_DEG = 180.0
 STOP_LIMIT_S = 40.0
 INTERRUPTED = 130
 POLL_S = 0.25
+STRAY_SIZE_M = 0.25
+"""Longest edge of what counts as debris where a scene has some that nobody registers; shipped debris has 0.15 m."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -131,13 +133,23 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
         default=HiddenPolicy.FREE.value,
         help="what cells that no camera sees count as (docs/planning.md)",
     )
+    options.add_argument(
+        "--debris-size",
+        type=float,
+        metavar="M",
+        help="longest edge of debris that nobody registered and perception is to find, m; 0: none; "
+        f"unless given {STRAY_SIZE_M:g} where the scene has such debris (docs/perception.md)",
+    )
 
 
 def run(arguments: Sequence[str]) -> int:
     """Launch, wait, and give back 0 on success, 1 on failure, 130 when interrupted."""
     options = parser().parse_args(arguments)
-    with page(options.console) as shown:
-        return run_case(options, shown)
+    with page(options.console, Path(options.results)) as shown:
+        code = run_case(options, shown)
+    if code != INTERRUPTED:
+        look_back(folder_of(options), shown)
+    return code
 
 
 def run_case(options: argparse.Namespace, more: Sequence[str]) -> int:
@@ -169,7 +181,7 @@ def run_case(options: argparse.Namespace, more: Sequence[str]) -> int:
     code = launch(call, port, log, wall_limit_s(options))
     if code == INTERRUPTED:
         return code
-    code = verdict(summary) if cell is None else cell_verdict(cell, folder)
+    code = verdict(summary) if cell is None else cell_verdict(cell, folder, options.turns)
     if code != 0:
         sys.stderr.write(f"the last of {log}:\n" + "".join(f"  {line}\n" for line in last_words(log)))
     sys.stdout.write(f"log: {log}\n")
@@ -219,9 +231,13 @@ def prepare_cell(options: argparse.Namespace) -> Scene:
     return load_scene(options.case)
 
 
-def cell_verdict(cell: Scene, folder: Path) -> int:
-    """0 when every goal that can be reached was, every other one was refused, and nothing was touched."""
-    result = read_cell(cell, folder, unreachable_goals(cell))
+def cell_verdict(cell: Scene, folder: Path, turns_deg: Sequence[float] = ()) -> int:
+    """0 when every goal that can be reached was, every other one was refused, and nothing was touched.
+
+    ``turns_deg`` are the turns that were asked for; empty for the usual ones.
+    """
+    turns_deg = (*(turns_deg or QUARTER_TURNS_DEG), *FINER_TURNS_DEG)
+    result = read_cell(cell, folder, unreachable_goals(cell, turns_deg))
     sys.stdout.write(f"{cell_line(result)}\n")
     return 0 if result.success else 1
 
@@ -264,6 +280,7 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "particles": options.particles,
         "execution": options.execution,
         "hidden": options.hidden,
+        "debris_size": debris_size(options),
         "speed": 1.0 if options.speed is None else options.speed,
         "raster": options.raster,
         "limit_s": options.limit,
@@ -303,8 +320,7 @@ def angles(text: str) -> Tuple[float, ...]:
 
 def turns_for(removal: Removal) -> Tuple[float, ...]:
     """Turns that robots make, degrees; to a bin finer ones too, because body, arm and bin leave few headings."""
-    finer = FINER_TURNS_DEG if removal is Removal.BIN else ()
-    return (*PlannerParams.turns_deg, *(sign * angle for angle in finer for sign in (1.0, -1.0)))
+    return (*PlannerParams.turns_deg, *(FINER_TURNS_DEG if removal is Removal.BIN else ()))
 
 
 def wall_limit_s(options: argparse.Namespace) -> float:
@@ -318,6 +334,16 @@ def working_arms(case: str) -> Tuple[str, ...]:
         return load_scene(case).working_arms
     except SceneError:
         return (NAME,)
+
+
+def debris_size(options: argparse.Namespace) -> float:
+    """Longest edge of debris that perception is to find, m; a scene that cannot be read is left to the simulation."""
+    if options.debris_size is not None:
+        return float(options.debris_size)
+    try:
+        return STRAY_SIZE_M if load_scene(options.case).has_stray_debris else 0.0
+    except SceneError:
+        return 0.0
 
 
 def has_bins(case: str) -> bool:

@@ -6,7 +6,7 @@ import rospy
 from std_msgs.msg import Float32
 
 from yarm.commander.params import CommanderParams
-from yarm.experiments.what_if.cell import Cell
+from yarm.experiments.what_if.cell import Cell, NoCellError
 from yarm.experiments.what_if.live import cell_of_map
 from yarm.geometry.kinds import ObjectKind
 from yarm.params import build, infos
@@ -17,10 +17,6 @@ from yarm.ros.common.start import init_command
 from yarm.ros.common.stations import load_station
 
 MAP_LIMIT_S, PROGRESS_LIMIT_S = 10.0, 1.0
-
-
-class NoCellError(RuntimeError):
-    """There is no live cell; the message says what was waited for."""
 
 
 def live_cell() -> Cell:

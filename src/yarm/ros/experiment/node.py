@@ -5,30 +5,22 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Tuple
+from typing import Optional, Tuple
 
-import numpy as np
-import rosgraph
 import rospy
 
 from yarm.commander.params import Removal
 from yarm.console.results import FILM
 from yarm.experiments.run.cases import Case, case_of, expected_goals, layout_of
 from yarm.experiments.run.ledger import LedgerError
-from yarm.experiments.run.plots import plot_run
-from yarm.experiments.run.proof import write_proof
 from yarm.experiments.run.record import RunInfo, RunRecord
 from yarm.experiments.run.recorder import Recorder
 from yarm.experiments.run.soak import MissionRow, judge_soak, soak_line
 from yarm.experiments.run.squares import parts_of
 from yarm.experiments.run.tables import summary_table
-from yarm.experiments.run.versions import package_versions
-from yarm.experiments.run.writers import write_rows, write_run
-from yarm.geometry import BoolArray, CellMap, GridSpec
-from yarm.geometry.kinds import ObjectKind
+from yarm.experiments.run.writers import write_rows
+from yarm.geometry import GridSpec
 from yarm.ros.commander.reports import task_text
-from yarm.ros.common import names
-from yarm.ros.common.conversions import parse_map_metadata
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.console.filmer import filmer_of
@@ -38,12 +30,12 @@ from yarm.ros.experiment.lock_step import LockStep
 from yarm.ros.experiment.mission import MissionDriver, MissionError
 from yarm.ros.experiment.params import ExperimentParams
 from yarm.ros.experiment.replay import Replay
+from yarm.ros.experiment.results import parameters, versions, write_results
 from yarm.ros.experiment.soak import Soak
 from yarm.ros.experiment.usage import UsageMeter
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene
 
 PROGRESS_S = 1.0
-MAP_LIMIT_S = 20.0
 RASTER_LIMIT_S = 300.0
 
 
@@ -108,18 +100,13 @@ class Experiment:
     def write(self, record: RunRecord) -> Path:
         """Write the results; the folder they are in."""
         folder = Path(self._params.results) / self._case.name / str(self._params.seed)
-        write_run(record, folder)
+        folder.mkdir(parents=True, exist_ok=True)
         if self._filmer is not None:
             self._filmer.end().write(folder / FILM)
         if self._soak is not None:
             write_rows(folder / "missions.csv", MissionRow, self._soak.rows)
             say(soak_line(self._soak.rows))
-        cell_map = newest_map()
-        spec = cell_map.spec if cell_map is not None else GridSpec()
-        obstacles = None if cell_map is None else static_columns(cell_map)
-        write_proof(record, folder / "proof.html", spec, obstacles)
-        if self._params.plots:
-            plot_run(record, folder, spec, obstacles)
+        write_results(record, folder, self._params.plots)
         return folder.resolve()
 
     def _begin(self) -> None:
@@ -148,7 +135,7 @@ class Experiment:
             wall_s,
             sim_s / wall_s if wall_s > 0 else float("nan"),
             sets,
-            self._loop_ms(),
+            self._inputs.mean_loop_ms(),
             versions(),
             parameters(),
             {} if self._scene is None else layout_of(self._scene),
@@ -169,15 +156,6 @@ class Experiment:
         except MissionError as error:
             return replace(record, success=False, faults=(*record.faults, f"cleanup: {error}"))
         return record
-
-    def _loop_ms(self) -> Dict[str, float]:
-        with self._inputs.lock:
-            messages = list(self._inputs.loop_ms)
-        parts: Dict[str, List[float]] = {}
-        for message in messages:
-            for part, value in zip(message.parts, message.ms_per_frame):
-                parts.setdefault(part, []).append(value)
-        return {part: float(np.mean(values)) for part, values in parts.items()}
 
     def _progress(self, what: str) -> None:
         """At most one line a second of wall time."""
@@ -201,40 +179,6 @@ class Experiment:
             self._said_sim_s = state.now_s
         self._said_wall = now
         say(" | ".join(parts))
-
-
-def newest_map() -> CellMap | None:
-    """The live grid, or None when none comes in time."""
-    try:
-        message = rospy.wait_for_message(names.PLANNING_METADATA, rospy.AnyMsg, timeout=MAP_LIMIT_S)
-        return parse_map_metadata(message._buff)
-    except (rospy.ROSException, ValueError):
-        return None
-
-
-def static_columns(cell_map: CellMap) -> BoolArray:
-    """Columns (gx, gy) that something of kind Obstacle stands in."""
-    columns = np.zeros(cell_map.spec.shape[:2], dtype=bool)
-    for thing in cell_map.objects.values():
-        if thing.kind == ObjectKind.OBSTACLE:
-            columns[thing.cells[:, 0], thing.cells[:, 1]] = True
-    return columns
-
-
-def versions() -> Dict[str, str]:
-    """Versions of what the experiment ran on."""
-    return {**package_versions(), "ros": str(rospy.get_param("/rosdistro", "")).strip()}
-
-
-def parameters() -> Mapping[str, Any]:
-    """Parameters of every node, without robot descriptions and what ROS keeps for itself."""
-    # Not by rospy: once it has logged something its cache takes the one parameter of its logger for the whole tree.
-    tree = rosgraph.Master(rospy.get_name()).getParam("/")
-    return {
-        name: values
-        for name, values in sorted(tree.items())
-        if isinstance(values, dict) and name not in ("roslaunch", "run_id")
-    }
 
 
 def main() -> int:

@@ -46,3 +46,23 @@ class ExperimentParams:
     replay_hold: bool = param(True, "", "stay there until the node is ended; false: end there")
     soak_s: float = param(0.0, "s", "soak: go on with random debris for so much simulated time; 0: no soak", 0.0, 1e6)
     memory_limit_mb: float = param(30.0, "MB", "soak: no process may grow by more in its second half", 1.0, 10000.0)
+
+
+@dataclass(frozen=True)
+class KeeperParams:
+    """What is known of the cell beforehand, and where to write."""
+
+    scene: str = param("1m1ma_bin", "", "the scene that runs: its parts are kept account of, square by square")
+    seed: int = param(-1, "", "seed of its layout; -1 for the scene's own", -1, 2**31 - 1)
+    vary: bool = param(True, "", "the simulation runs the seed's layout; false: the scene file's")
+    removal: str = param(
+        Removal.DELETE.value,
+        "",
+        "what the Commander does with debris: with bin it must end in one by ground truth",
+        choices=[way.value for way in Removal],
+    )
+    results: str = param("results", "", "folder that holds by_hand/<scene>/<when>/; made when missing")
+    arrival_limit_m: float = param(
+        0.12, "m", "an end effector this near its goal has arrived (ground truth)", 0.01, 1.0
+    )
+    plots: bool = param(True, "", "draw the pictures")

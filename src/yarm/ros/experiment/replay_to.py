@@ -50,7 +50,7 @@ def main(argv: Sequence[str]) -> int:
     for old in results.glob(f"*/*/{RESULT}"):
         old.unlink()
     port = options.port or free_port()
-    with page(options.console) as shown:
+    with page(options.console, run.parents[1]) as shown:
         call = [*_call(port, arguments, run, number, options), f"results:={results}", *shown]
         sys.stdout.write(f"{run} up to decision {number}: ROS_MASTER_URI=http://localhost:{port}\n")
         sys.stdout.flush()

@@ -11,29 +11,34 @@ answered, 1 the question is wrong, 2 no live cell answers.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import importlib
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Dict, List, Sequence
 
+from yarm.experiments.study.arm_track import raster_track
+from yarm.experiments.study.processes import copies
 from yarm.experiments.study.runner import StudyError
 from yarm.experiments.what_if.answer import answers, table
 from yarm.experiments.what_if.ask import (
+    ANY_CELL,
     Alternative,
     alternative,
     ask,
     check_physics,
+    check_question,
     combined,
     physics,
     robot_numbers,
     specs_of,
 )
-from yarm.experiments.what_if.cell import Cell, WhatIfError, cell_of_case, cell_of_run
-from yarm.experiments.what_if.picture import plot
-from yarm.experiments.what_if.trial import ROBOTS, kinematic
+from yarm.experiments.what_if.cell import Cell, NoCellError, WhatIfError, cell_of_case, cell_of_run
+from yarm.experiments.what_if.trial import ROBOTS, WhatIfResult, WhatIfSpec, kinematic
 from yarm.records import RecordError, plain, read
 from yarm.ros.common.priority import set_priority
-from yarm.ros.experiment.live_cell import NoCellError, live_cell
 
 NICE = 19
 ANSWERED, WRONG, NO_CELL = 0, 1, 2
@@ -76,35 +81,72 @@ def main(argv: Sequence[str]) -> int:
         sys.stderr.write(f"what_if runs without {line}\n")
     try:
         alternatives = _alternatives(options)
-        cell = _cell(options)
-        if options.physics:
-            check_physics(cell, alternatives)
-        more = {"bounded": options.mode == "bounded", "limit_s": options.limit}
-        specs = specs_of(cell, alternatives, options.runs, options.seed, more)
-    except WhatIfError as error:
+        specs = _checked(options, alternatives)  # before there are copies: what is wrong is said at once
+        with contextlib.ExitStack() as stack:
+            pool = stack.enter_context(copies(_processes(options))) if _processes(options) > 1 else None
+            specs = specs or _specs(options, alternatives)
+            _say(f"{specs[0].cell.source}: {len(alternatives)} alternatives, {options.runs} runs each")
+            results = ask(specs, physics() if options.physics else kinematic(), _say, options.scheduler, pool)
+    except (WhatIfError, StudyError) as error:
         sys.stderr.write(f"what_if: {error}\n")
         return WRONG
     except NoCellError as error:
         sys.stderr.write(f"what_if: {error}\n")
         return NO_CELL
-    _say(f"{cell.source}: {len(alternatives)} alternatives, {options.runs} runs each")
-    workers = 1 if options.physics else options.workers
-    try:
-        results = ask(specs, physics() if options.physics else kinematic(), _say, options.scheduler, workers)
-    except StudyError as error:
-        sys.stderr.write(f"what_if: {error}\n")
-        return WRONG
-    names = [name for name, _ in alternatives]
-    found = answers(results, names)
-    if options.answers is not None:
-        values = {"table": table(found), "answers": [plain(one) for one in found]}
-        options.answers.write_text(json.dumps(values))
-        return ANSWERED
-    folder = options.results.resolve() / "what_if"
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "answer.txt").write_text(f"{cell.source}\n{table(found)}\n")
-    _say(f"drawn: {plot(results, names, folder / 'answer.png', cell.source)}")
+    _keep(options, [name for name, _ in alternatives], results)
     return ANSWERED
+
+
+def _processes(options: argparse.Namespace) -> int:
+    """Local processes that are wanted beside this one; 1 for none.
+
+    What the forks share is reckoned before there are any.
+    """
+    if options.physics or options.scheduler or options.workers == 1:
+        return 1
+    raster_track()
+    return options.workers or os.cpu_count() or 1
+
+
+def _checked(options: argparse.Namespace, alternatives: Sequence[Alternative]) -> List[WhatIfSpec]:
+    """What is to be run; nothing yet of a live cell, which is asked for by ROS and so after the copies are made.
+
+    Raises:
+        WhatIfError: it cannot be asked.
+    """
+    if (options.case, options.run, options.cell) != (None, None, None):
+        return _specs(options, alternatives)
+    check_question(ANY_CELL, alternatives, options.runs)
+    return []
+
+
+def _specs(options: argparse.Namespace, alternatives: Sequence[Alternative]) -> List[WhatIfSpec]:
+    """What is to be run.
+
+    Raises:
+        WhatIfError: it cannot be asked.
+        NoCellError: no live cell answers.
+    """
+    cell = _cell(options)
+    if options.physics:
+        check_physics(cell, alternatives)
+    more = {"bounded": options.mode == "bounded", "limit_s": options.limit}
+    return specs_of(cell, alternatives, options.runs, options.seed, more)
+
+
+def _keep(options: argparse.Namespace, names: Sequence[str], results: Sequence[WhatIfResult]) -> None:
+    """The answers as words and a picture, which are said, or written for who called."""
+    found = answers(results, names)
+    plot = importlib.import_module("yarm.experiments.what_if.picture").plot  # loading it takes half as long as a run
+    source, folder = results[0].spec.cell.source, options.results.resolve() / "what_if"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "answer.txt").write_text(f"{source}\n{table(found)}\n")
+    picture = str(plot(results, names, folder / "answer.png", source))
+    if options.answers is None:
+        _say(f"drawn: {picture}")
+        return
+    values = {"table": table(found), "answers": [plain(one) for one in found], "plot": picture}
+    options.answers.write_text(json.dumps(values))
 
 
 def _alternatives(options: argparse.Namespace) -> List[Alternative]:
@@ -139,7 +181,12 @@ def _cell(options: argparse.Namespace) -> Cell:
             return read(Cell, json.loads(options.cell.read_text()))
         except (OSError, ValueError, RecordError) as error:
             raise WhatIfError(f"{options.cell}: no cell: {error}") from error
-    return live_cell()
+    return _cell_of_ros()
+
+
+def _cell_of_ros() -> Cell:
+    live: Cell = importlib.import_module("yarm.ros.experiment.live_cell").live_cell()  # only this needs messages
+    return live
 
 
 def _say(text: str) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import textwrap
 import threading
 import time
 from pathlib import Path
@@ -35,14 +33,13 @@ from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.usage import UsageMeter
 from yarm.ros.exploration.experiment_params import ExplorationRunParams
+from yarm.ros.exploration.progress import progress_line
 from yarm.ros.exploration.results import write_results
 from yarm.ros.navigation.maps import grid_fault, grid_of
 from yarm.sim.scenes.arena import load_arena
 
 PROGRESS_S = 1.0
 POLL_S = 0.05
-REASON_SHOWN = 100
-"""Characters of a reason in a line of progress."""
 ENDED = (State.DONE.value, State.FAILED.value)
 CUT_SHORT = "ROS is shutting down"
 
@@ -210,27 +207,6 @@ class Exploration:
                 if turtlebot.TYPE in bodies and len(others) == 1:
                     at_s = self._since_start(message.header.stamp)
                     self._recorder.touch(at_s, others.pop(), contact.point.x, contact.point.y)
-
-
-def progress_line(status: ExplorerStatus, rate: float, share: float, bumps: int) -> str:
-    """What a person sees of a run each second; of a long reason the beginning, since all of it is told at the end.
-
-    Args:
-        status: of the explorer.
-        rate: simulated seconds a second.
-        share: of what can be mapped; NaN before the first map.
-        bumps: contacts by the truth.
-    """
-    parts = [
-        f"{status.elapsed:6.1f} s",
-        f"x{rate:.2f}",
-        f"{100.0 * share:5.1f} % mapped" if math.isfinite(share) else "    - % mapped",
-        f"{status.left:5.0f} s left",
-        f"{status.state}: {status.behaviour}",
-        f"bumps: {bumps}",
-        *([textwrap.shorten(status.reason, REASON_SHOWN, placeholder=" ...")] if status.reason else []),
-    ]
-    return " | ".join(parts)
 
 
 def main() -> int:

@@ -10,11 +10,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 
 from yarm.exploration.model import LowView, Observation
+from yarm.exploration.watch import Complaint
 from yarm.geometry import Pose2
 from yarm.navigation.grid_map import GridMap
 from yarm.ros.common import names
 from yarm.ros.common.readings import listen
-from yarm.ros.common.robot_inputs import RobotInputs
+from yarm.ros.common.robot_inputs import CAMERA_REMEDY, RobotInputs
 from yarm.ros.exploration.params import ExplorerParams
 
 MAP_DELAY_S = 0.5
@@ -66,10 +67,18 @@ class ExplorerInputs(RobotInputs):
                 None if low is None else LowView(*low),
             )
 
+    def complaints(self) -> Tuple[Complaint, ...]:
+        """What is left out though the run goes on without it."""
+        with self._changed:
+            if self._other_camera is None:
+                return ()
+            since_s, fault = self._other_camera
+        return (Complaint("depth camera", since_s, f"{fault}, its images left out", CAMERA_REMEDY, stands=False),)
+
     def _stamps(self, now_s: float) -> Dict[str, float]:
         """Transform and depth image too, and the mapping's word on the scan, once the map that it names has come."""
         stamps = {**super()._stamps(now_s), "transform map -> odom": self._place_s()}
-        if self._params.low_obstacles:
+        if self._params.low_obstacles and self._other_camera is None:
             stamps["depth image"] = -math.inf if self._low is None else self._low[0]
         if self._waits_for_map:
             scan_s, map_ns = self._state

@@ -70,18 +70,19 @@ class ExplorerNode:
         return not self._params.sync or (self._outputs.connected() and self._inputs.together())
 
     def _pass(self, now_s: float) -> None:
-        began = time.perf_counter()
+        began = time.thread_time()
         seen = self._inputs.observe(now_s)
         with self._session_lock:
             step = self._session.step(seen)
             lease = self._session.lease()
             keeper = self._session.keeper
-        self._outputs.status(step, lease, seen.pose, self._saver.saved)
+        complaints = (*step.complaints, *self._inputs.complaints())
+        self._outputs.status(step, lease, seen.pose, self._saver.saved, complaints)
         self._outputs.command(step, now_s)
         self._outputs.acknowledge(now_s)
         for order in step.saves:
             self._saver.save(order)
-        self._outputs.took(1e3 * (time.perf_counter() - began))
+        self._outputs.took(1e3 * (time.thread_time() - began))
         self._outputs.pictures(now_s, step, seen, keeper.newest, keeper.count)
         for event in step.events:
             if event.kind in ("state", "sensor"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Optional
+from typing import List, Optional, Sequence
 
 import numpy as np
 import rospy
@@ -11,7 +11,8 @@ from nav_msgs.msg import OccupancyGrid, Path
 
 from yarm.exploration.deadline import Lease
 from yarm.exploration.model import Event, Observation
-from yarm.exploration.session import SessionStep
+from yarm.exploration.session import RUNNING, SessionStep
+from yarm.exploration.watch import Complaint
 from yarm.geometry import FloatArray, Pose2
 from yarm.msg import ExplorerEvent, ExplorerStatus, StepAck
 from yarm.navigation.grid_map import GridMap
@@ -23,8 +24,11 @@ from yarm.ros.common.pictures import Picture
 from yarm.ros.exploration.drawing import bump_markers, frontier_markers, view_markers
 from yarm.ros.exploration.driving import DrivesByMoveBase, DrivesItself, Driving, twist_of
 from yarm.ros.exploration.params import MOVE_BASE, ExplorerParams
+from yarm.ros.exploration.progress import status_line
 from yarm.ros.navigation.maps import grid_message
 
+PROGRESS_S = 1.0
+"""Between two lines of how a run goes."""
 MAP_PERIOD_S = 1.0
 """Least time between two maps on ``~map``."""
 PICTURE_PERIOD_S = 0.5
@@ -55,6 +59,7 @@ class ExplorerOutputs:
         self._sent = 0
         self._driving.forget()
         self._map_count, self._map_s, self._picture_s = -1, -1.0, -1.0
+        self._told_s = 0.0
         self._trail: List[Pose2] = []
         self._places: List[Pose2] = []
         self._took_ms = 0.0
@@ -68,7 +73,7 @@ class ExplorerOutputs:
         self._sent += self._driving.drive(step, now_s)
 
     def took(self, ms: float) -> None:
-        """How long a pass took, ms of wall time."""
+        """What a pass took, ms of the loop's processor time: without what it waited for."""
         self._took_ms = ms
 
     def acknowledge(self, now_s: float) -> None:
@@ -76,8 +81,18 @@ class ExplorerOutputs:
         if self._params.sync:
             self._ack.publish(step_ack(exact_time(now_s), self._sent))
 
-    def status(self, step: SessionStep, lease: Lease, here: Optional[Pose2], saved: str) -> None:
-        """The status, and what happened at this pass; ``here`` is where the robot is in the map, if that is known."""
+    def status(
+        self, step: SessionStep, lease: Lease, here: Optional[Pose2], saved: str, complaints: Sequence[Complaint]
+    ) -> None:
+        """The status, and what happened at this pass.
+
+        Args:
+            step: what the session decided.
+            lease: what the gate goes by.
+            here: where the robot is in the map, if that is known.
+            saved: file of the map saved last.
+            complaints: of the session, and of what is heard.
+        """
         message = ExplorerStatus(
             state=step.state.value,
             behaviour=step.behaviour,
@@ -91,7 +106,7 @@ class ExplorerOutputs:
             bumps=step.bumps,
             has_goal=step.intent.goal is not None,
             reason=step.reason,
-            sensors=[complaint.text for complaint in step.complaints],
+            sensors=[complaint.text for complaint in complaints],
             saved=saved,
             has_pose=here is not None,
             pass_ms=self._took_ms,
@@ -106,6 +121,9 @@ class ExplorerOutputs:
         self._status.publish(message)
         for event in step.events:
             self._events.publish(self._event(event, lease.stamp_s))
+        if self._params.progress and step.state in RUNNING and abs(step.elapsed_s - self._told_s) >= PROGRESS_S:
+            self._told_s = step.elapsed_s
+            rospy.loginfo("%s", status_line(message))
 
     def pictures(self, now_s: float, step: SessionStep, seen: Observation, grid: Optional[GridMap], count: int) -> None:
         """The map when it has changed, everything else twice a second."""

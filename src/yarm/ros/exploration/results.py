@@ -12,7 +12,7 @@ from yarm.experiments.explore.pictures import plot_exploration
 from yarm.experiments.explore.record import ExploreRecord
 from yarm.experiments.explore.shown import summary_table
 from yarm.experiments.explore.writers import faults_of, write_exploration
-from yarm.ros.experiment.node import parameters, versions
+from yarm.ros.experiment.results import parameters, versions
 
 
 def write_results(

@@ -18,12 +18,11 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from yarm.console.results import FILM
 from yarm.experiments.inspect.eyes import boxes_of
 from yarm.experiments.inspect.measures import Measures, faults_of, measure
-from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow, reading_words
-from yarm.experiments.inspect.runner import DETECTOR
+from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
 from yarm.experiments.inspect.writers import write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.geometry import Pose2
-from yarm.inspection.model import PRINTED, Stage, Verdict
+from yarm.inspection.model import PRINTED, Stage, Verdict, reading_words
 from yarm.inspection.senses import Senses
 from yarm.inspection.session import SessionStep
 from yarm.msg import Contacts
@@ -33,18 +32,21 @@ from yarm.robots import turtlebot
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose
 from yarm.ros.common.start import init_node
-from yarm.ros.console.filmer import filmer_of
+from yarm.ros.console.filmer import Filmer, filmer_of
 from yarm.ros.experiment.console import say
-from yarm.ros.experiment.node import parameters, versions
+from yarm.ros.experiment.results import parameters, versions
 from yarm.ros.inspection.experiment_params import InspectionRunParams
 from yarm.ros.inspection.node import InspectorNode, stopped_by_signals
 from yarm.ros.inspection.params import Inspected, inspector_params
+from yarm.ros.inspection.progress import progress_line
 from yarm.sim.scenes.layout_file import find_layout
 from yarm.yaml_fields import SceneError
 
 RUN = "run"
 """Namespace of the run's own parameters below the inspector's."""
 PROGRESS_S = 1.0
+POLL_S = 0.1
+JUDGE_LIMIT_S = 60.0
 TOUCH_AGAIN_S = 0.5
 """A contact with the same body that comes back sooner is the same."""
 ENDS = (Stage.DONE, Stage.FAILED)
@@ -62,6 +64,8 @@ class InspectionRun:
         """
         self._params, self._given = params, given
         self._layout = find_layout(params.layout)
+        self._seed = self._layout.arena.seed if params.seed < 0 else params.seed
+        self._over = False
         self._lock = threading.Condition()
         self._recorder = RoundRecorder()
         self._truth: Optional[Pose2] = None
@@ -86,7 +90,11 @@ class InspectionRun:
         with self._lock:
             if self._given.params.sync:
                 self._lock.wait_for(lambda: self._truth_s >= seen.now_s - 1e-6, self._given.params.sync_wait)
-            self._now_s, self._last, self._verdicts = seen.now_s, step, verdicts
+            self._now_s = seen.now_s
+            if self._over:
+                return
+            self._last, self._verdicts = step, verdicts
+            self._computing_s = time.thread_time() - self._cpu_s
             if step.step is None or step.observation is None or self._truth is None:
                 return
             self._started_s = seen.now_s - step.elapsed_s
@@ -123,7 +131,7 @@ class InspectionRun:
     def finish(self) -> Tuple[bool, str]:
         """Write the results; whether the round succeeded, and the table for the person at the terminal."""
         with self._lock:
-            self._computing_s = time.thread_time() - self._cpu_s
+            self._over = True
             record = self._record()
         if not record.path:
             return False, f"nothing was recorded: {self.fault or CUT_SHORT}"
@@ -143,10 +151,10 @@ class InspectionRun:
             RoundInfo(
                 self._layout.arena.name,
                 params.controller,
-                self._params.seed,
+                self._seed,
                 "physics",
                 params.time_limit_s,
-                DETECTOR,
+                self._given.detector,
             ),
             end,
             tuple(boxes_of(self._layout)),
@@ -164,17 +172,7 @@ class InspectionRun:
         if step is None:
             say("waiting for the simulation")
             return
-        read = " ".join(f"{v.box}:{reading_words(v.reading.tag)}" for v in self._verdicts)
-        parts = [
-            f"{step.elapsed_s:6.1f} s",
-            f"x{rate:.2f}",
-            f"{step.stage}{f' box {step.box}' if step.box else ''}",
-            f"{len(self._verdicts)} of {len(self._given.boxes)} boxes{': ' if read else ''}{read}",
-            f"{step.left_s:.0f} s left",
-            f"{step.time_home_s:.0f} s home",
-            *([step.reason] if step.reason else []),
-        ]
-        say(" | ".join(parts))
+        say(progress_line(step, self._verdicts, len(self._given.boxes), f"x{rate:.2f}"))
 
     def _on_truth(self, message: OdometryMessage) -> None:
         with self._lock:
@@ -220,6 +218,45 @@ def summary_table(record: RoundRecord, measures: Measures, wrong: Tuple[str, ...
     return "\n".join(lines)
 
 
+def judge(run: InspectionRun, filmer: Optional[Filmer]) -> bool:
+    """Write what the round came to, and tell it; whether it succeeded."""
+    success, table = run.finish()
+    if filmer is not None:
+        filmer.end().write(run.folder / FILM)
+    say("\n" + table + f"\n\nresults, pictures and proof sheets: {run.folder.resolve()}")
+    return success
+
+
+class Judging:
+    """Judges the first round while the inspector goes on, on a thread of its own."""
+
+    def __init__(
+        self, node: InspectorNode, run: InspectionRun, filmer: Optional[Filmer], stop: threading.Event
+    ) -> None:
+        """Begin.
+
+        Args:
+            node: whose round it is.
+            run: follows it.
+            filmer: takes its film.
+            stop: set when the inspector is to end, with the round as it is then.
+        """
+        self._node, self._run, self._filmer, self._stop = node, run, filmer, stop
+        self.success = False
+        self._thread = threading.Thread(target=self._work, name="judge", daemon=True)
+        self._thread.start()
+
+    def wait(self) -> None:
+        """Until the results are written, or for JUDGE_LIMIT_S."""
+        self._thread.join(JUDGE_LIMIT_S)
+
+    def _work(self) -> None:
+        while not (self._run.ended() or self._stop.is_set()):
+            time.sleep(POLL_S)
+        self._node.unfollow()
+        self.success = judge(self._run, self._filmer)
+
+
 def main() -> int:
     """Run the node; exit code 0 only with every box right, home, in time."""
     init_node(names.INSPECTOR_NODE, disable_signals=True)
@@ -231,12 +268,14 @@ def main() -> int:
         params = build(InspectionRunParams, values.get(RUN, {}), f"{rospy.get_name()}/{RUN}")
         run = InspectionRun(params, given)
         filmer = filmer_of(f"{params.layout}/{params.seed}", params.film_hz)
-        InspectorNode(given, stop, run).run(run.ended)
-        success, table = run.finish()
-        if filmer is not None:
-            filmer.end().write(run.folder / FILM)
-        say("\n" + table + f"\n\nresults, pictures and proof sheets: {run.folder.resolve()}")
-        return 0 if success else 1
+        node = InspectorNode(given, stop, run)
+        if params.once:
+            node.run(run.ended)
+            return 0 if judge(run, filmer) else 1
+        judging = Judging(node, run, filmer, stop)
+        node.run()
+        judging.wait()
+        return 0 if judging.success else 1
     except (ParamError, SceneError) as error:
         rospy.logfatal("%s", error)
         return 1

@@ -7,14 +7,18 @@ import time
 from collections import deque
 from typing import Deque, Dict, Optional, Sequence
 
+import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import Image
 
 from yarm.inspection.boxes import Box, extent_of, outside
+from yarm.inspection.place_word import PlaceWord
 from yarm.inspection.senses import PLACE_AGE_S, Picture, Senses
 from yarm.navigation.grid_map import GridMap
 from yarm.ros.common import names
+from yarm.ros.common.checks import pose_fault
 from yarm.ros.common.readings import listen
 from yarm.ros.common.robot_inputs import RobotInputs
 from yarm.ros.inspection.images import take_camera_picture
@@ -42,19 +46,21 @@ class InspectorInputs(RobotInputs):
         """
         self._params, self._navigation, self._boxes = params, navigation, boxes
         self._map_fault = "none has come"
-        self._pictured = self._told = False
+        self._pictured, self._word = False, PlaceWord()
         self._heard_wall = math.inf
         super().__init__(params)
         self._subscribers += [
             listen(names.AMCL_STATE, DiagnosticArray, self._on_state, 10),
             listen(names.RGB_IMAGE, Image, self._on_image, 1),
         ]
+        if not params.sync:
+            self._subscribers.append(listen(names.AMCL_POSE, PoseWithCovarianceStamped, self._on_pose, 10))
 
     def forget(self) -> None:
         """Time went backwards: of what moves nothing is known."""
         super().forget()
         with self._changed:
-            self._localised, self._place_fault = False, ""
+            self._word.forget()
             self._state_s, self._placed, self._picture_s = -math.inf, False, -math.inf
             self._pictures: Deque[Image] = deque(maxlen=MOST_PICTURES)
             self._camera = PictureWatch()
@@ -64,7 +70,7 @@ class InspectorInputs(RobotInputs):
 
         A camera that says nothing holds nobody up for ever.
         """
-        if not (self._told and self._map is not None and self._navigation.heard() and super().together()):
+        if not (self._word.said and self._map is not None and self._navigation.heard() and super().together()):
             return False
         self._heard_wall = min(self._heard_wall, time.monotonic())
         return self._pictured or time.monotonic() - self._heard_wall > CAMERA_WAIT_S
@@ -91,8 +97,7 @@ class InspectorInputs(RobotInputs):
                 self._odometry,
                 link.pose if link is not None and placed else None,
                 self._place_s(),
-                self._localised,
-                self._place_fault,
+                *self._word.at(now_s),
                 self._picture(now_s),
                 self._camera.fault(now_s),
                 self._navigation.outcome(now_s),
@@ -139,11 +144,21 @@ class InspectorInputs(RobotInputs):
             return f"{len(message.status)} states, expected one"
         state = message.status[0]
         with self._changed:
-            self._localised, self._place_fault = state.level == DiagnosticStatus.OK, str(state.message)
-            self._told = True
+            self._word.say(state.level == DiagnosticStatus.OK, str(state.message))
             self._state_s, self._placed = message.header.stamp.to_sec(), bool(message.header.frame_id)
             self._changed.notify_all()
         return ""
+
+    def _on_pose(self, message: PoseWithCovarianceStamped) -> str:
+        """All that the platform's own AMCL says; in lock-step, where each scan must be answered, it does not count."""
+        frame = message.header.frame_id.lstrip("/")
+        if frame != self._params.map_frame:
+            return f"its frame is {frame!r}, expected {self._params.map_frame!r}"
+        fault = pose_fault(message.pose.pose)
+        if fault:
+            return fault
+        with self._changed:
+            return self._word.pose(message.pose.covariance, rospy.get_time())
 
     def _on_image(self, message: Image) -> str:
         with self._changed:

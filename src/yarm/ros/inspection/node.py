@@ -37,10 +37,13 @@ from yarm.ros.inspection.inputs import InspectorInputs
 from yarm.ros.inspection.navigation_link import NavigationLink
 from yarm.ros.inspection.outputs import InspectorOutputs
 from yarm.ros.inspection.params import Inspected, inspector_params
+from yarm.ros.inspection.progress import progress_line
 from yarm.tags.chance import LookChance
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SAVE = "save"
+PROGRESS_S = 1.0
+"""Between two lines of how a round goes."""
 TOLD = ("verdict", "failed", "trouble", "hopeless", "stopped")
 """Kinds of events that are told on the console."""
 
@@ -105,6 +108,7 @@ class InspectorNode:
         self._reader: Optional[Reader] = None
         self._session = InspectionSession(self._params.session, self._make, self._known.fitted)
         self._passes = Passes(LOOP_S, self._params.sync)
+        self._told_s = 0.0
         self._services = [rospy.Service(f"~{r.value}", Trigger, partial(self._on_request, r)) for r in Request]
         self._services.append(rospy.Service(f"~{SAVE}", Trigger, self._on_save))
 
@@ -122,6 +126,10 @@ class InspectorNode:
         finally:
             self._close()
 
+    def unfollow(self) -> None:
+        """Nobody follows the rounds any more: the node tells itself how they go."""
+        self._observer = None
+
     def _together(self) -> bool:
         """Lock-step begins when nothing that is said can be lost."""
         if not self._params.sync:
@@ -130,6 +138,7 @@ class InspectorNode:
 
     def _pass(self, now_s: float) -> None:
         began = time.perf_counter()
+        observer = self._observer
         seen = self._inputs.observe(now_s)
         with self._lock:
             step = self._session.step(seen)
@@ -137,8 +146,8 @@ class InspectorNode:
         self._act(now_s, step)
         self._outputs.verdicts(now_s, verdicts, self._reader)
         self._outputs.status(now_s, step, seen.pose)
-        if self._observer is not None:
-            self._observer.passed(seen, step, verdicts)
+        if observer is not None:
+            observer.passed(seen, step, verdicts)
         tour = self._round.tour if isinstance(self._round, Round) else ()
         self._outputs.pictures(now_s, step, verdicts, seen.pose, home, tour)
         self._outputs.took(1e3 * (time.perf_counter() - began))
@@ -147,6 +156,10 @@ class InspectorNode:
             if event.kind in TOLD:
                 details = ", ".join(f"{key} {value}" for key, value in event.details)
                 rospy.loginfo("%.1f s, %s: %s", event.t_s, event.kind, details)
+        alone = observer is None  # an experiment tells it itself, with the rate of time
+        if alone and step.elapsed_s > 0.0 and abs(step.elapsed_s - self._told_s) >= PROGRESS_S:
+            self._told_s = step.elapsed_s
+            rospy.loginfo("%s", progress_line(step, verdicts, len(self._given.boxes)))
 
     def _act(self, now_s: float, step: SessionStep) -> None:
         action = step.action
@@ -160,7 +173,7 @@ class InspectorNode:
 
     def _make(self) -> Tuple[RoundFlow, Reader]:
         boxes, controller = self._given.boxes, self._params.controller
-        self._reader = make_reader(controller, boxes, self._given.tags, self._given.params.sure)
+        self._reader = make_reader(controller, boxes, self._given.tags, self._params.sure, self._given.detector)
         if controller == OURS:
             chance = chances(boxes, LookChance())
             self._round = Round(boxes, self._known.lengths, chance, self._params.round, self._known.gap)

@@ -8,12 +8,13 @@ from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 from yarm.inspection.boxes import Box
 from yarm.inspection.inputs import read_boxes
-from yarm.inspection.model import CONTROLLERS
+from yarm.inspection.model import CONTROLLERS, OURS
 from yarm.inspection.report_round import ReportRoundParams
 from yarm.inspection.round import RoundParams
 from yarm.inspection.session import SessionParams
 from yarm.params import ParamError, build_noting, param
 from yarm.ros.inspection.recogniser_params import Tags, pictures_of
+from yarm.tags.features import DETECTOR, detector_fault
 from yarm.tags.pictures import PictureError
 from yarm.yaml_fields import SceneError
 
@@ -54,21 +55,33 @@ class InspectorParams(RoundParams):
         return Path(self.result).expanduser().absolute()
 
 
+@dataclass(frozen=True)
+class InspectorReportParams(ReportRoundParams):
+    """What ``config/inspection/inspector_report.yaml`` holds: the numbers of the report's round, and how it reads."""
+
+    detector: str = param(DETECTOR, "", "whose features it matches: sift, orb, akaze; surf where the build has it")
+
+
 @dataclass(frozen=True, eq=False)
 class Inspected:
     """What a round is given, read and checked.
 
     Attributes:
         params: of the node.
-        report: of the report's round.
+        report: of the report's round and how it reads.
         boxes: in the order of their numbers.
         tags: pictures by number.
     """
 
     params: InspectorParams
-    report: ReportRoundParams
+    report: InspectorReportParams
     boxes: Tuple[Box, ...]
     tags: Tags
+
+    @property
+    def detector(self) -> str:
+        """Whose features the round's recognition matches."""
+        return DETECTOR if self.params.controller == OURS else self.report.detector
 
 
 def inspector_params(values: Mapping[str, Any], practice_boxes: Path, where: str) -> Inspected:
@@ -85,7 +98,10 @@ def inspector_params(values: Mapping[str, Any], practice_boxes: Path, where: str
     faults: List[str] = []
     plain = {name: value for name, value in values.items() if name != REPORT}
     params = build_noting(InspectorParams, plain, "", faults)
-    report = build_noting(ReportRoundParams, values.get(REPORT, {}), f"{REPORT}.", faults)
+    report = build_noting(InspectorReportParams, values.get(REPORT, {}), f"{REPORT}.", faults)
+    missing = "" if report is None else detector_fault(report.detector)
+    if report is not None and missing:
+        faults.append(f"{REPORT}.detector = {report.detector!r}: {missing}")
     files: Dict[str, str] = {name: plain[name] for name in ("boxes", "tags") if isinstance(plain.get(name), str)}
     boxes: Sequence[Box] = ()
     tags: Tags = {}

@@ -34,6 +34,7 @@ from yarm.geometry.solids import Solid
 from yarm.manipulation.coverage.sweep import MARGIN_M, RobotSpace, SweepError, SweepPlan, named_cells, plan_sweep
 from yarm.msg import MoveRobotAction, MoveRobotGoal, ObjectRegistry, RegisteredObject
 from yarm.ros.common import names
+from yarm.ros.common.checks import Doorkeeper, registry_fault, transform_fault
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform, pose_message
 from yarm.ros.common.solids import solids_of
 from yarm.ros.common.start import init_command
@@ -78,6 +79,7 @@ class CellView:
         self._entries: Dict[str, RegisteredObject] = {}
         self._frames: Dict[str, FloatArray] = {}
         self._track: List[Tuple[float, float]] = []
+        self._door, self._tf_door = Doorkeeper(names.OBJECT_REGISTRY), Doorkeeper("/tf")
         self._subscribers = [
             rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
             rospy.Subscriber("/tf_static", TFMessage, self._on_tf, queue_size=100),
@@ -131,6 +133,8 @@ class CellView:
         return _flat(self._frames[names.base_frame(self._robot)])
 
     def _on_registry(self, message: ObjectRegistry) -> None:
+        if self._door.refuses(message, registry_fault(message)):
+            return
         with self._changed:
             self._entries = {entry.name: entry for entry in message.entries}
             self._changed.notify_all()
@@ -139,6 +143,8 @@ class CellView:
         with self._changed:
             for transform in message.transforms:
                 if transform.header.frame_id.lstrip("/") != names.WORLD_FRAME:
+                    continue
+                if self._tf_door.refuses(message, transform_fault(transform, math.inf)):
                     continue
                 child = transform.child_frame_id.lstrip("/")
                 self._frames[child] = matrix_of_transform(transform.transform)

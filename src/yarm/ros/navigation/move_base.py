@@ -24,13 +24,12 @@ from yarm.params import ParamError
 from yarm.ros.commander.reports import exact_time
 from yarm.ros.common import names
 from yarm.ros.common.goal_queue import GoalEvent
-from yarm.ros.common.params import load_params
 from yarm.ros.common.passes import Passes
 from yarm.ros.common.start import init_node
 from yarm.ros.navigation.goal_server import GoalServer, due_goals, goal_in_map
 from yarm.ros.navigation.inputs import MoveBaseInputs
 from yarm.ros.navigation.outputs import MoveBaseOutputs, path_message
-from yarm.ros.navigation.params import MoveBaseNodeParams
+from yarm.ros.navigation.params import MoveBaseNodeParams, move_base_params
 
 PASS_S = 0.1
 """Lock-step: the room waits for everybody so often, simulated time."""
@@ -225,7 +224,10 @@ def main() -> int:
     for number in SIGNALS:
         signal.signal(number, lambda *_: stop.set())
     try:
-        MoveBaseNode(load_params(MoveBaseNodeParams), stop).run()
+        params, told = move_base_params(rospy.get_param("~", {}), rospy.get_name())
+        for sentence in told:
+            rospy.loginfo("%s: %s", names.MOVE_BASE, sentence)
+        MoveBaseNode(params, stop).run()
     except ParamError as error:
         rospy.logfatal("%s", error)
         return 1

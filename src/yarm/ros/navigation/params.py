@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Any, List, Mapping, Tuple
 
 from yarm.navigation.move_base_params import MoveBaseParams
-from yarm.params import param
+from yarm.navigation.platform_params import UNUSED, take_platform
+from yarm.params import ParamError, build_noting, param
 
 
 @dataclass(frozen=True)
@@ -31,3 +32,34 @@ class MoveBaseNodeParams(MoveBaseParams):
     sync: bool = param(False, "", "lock-step: take in all of a pass before it is decided, and acknowledge it")
     sync_wait: float = param(2.0, "s", "lock-step: wall time a pass waits for what was measured at it", 0.01, 60.0)
     waits_for: Tuple[str, ...] = param((), "", "lock-step: nodes that must have answered before the first pass")
+
+
+def move_base_params(values: Mapping[str, Any], where: str) -> Tuple[MoveBaseNodeParams, Tuple[str, ...]]:
+    """The node's parameters, by our names or by those of the platform's own node, and what is to be told of these.
+
+    Args:
+        values: as the parameter server has them.
+        where: name of the node, for messages.
+
+    Raises:
+        ParamError: everything that is wrong, at once: unknown names, values out of range.
+    """
+    taken = take_platform(values)
+    faults: List[str] = []
+    params = build_noting(MoveBaseNodeParams, taken.values, "", faults)
+    faults = [_by_source(fault, taken.sources) for fault in faults] + list(taken.faults)
+    if faults or params is None:
+        raise ParamError(f"{where}: " + "; ".join(faults))
+    told: List[str] = []
+    if taken.sources:
+        used = (f"{name} = {getattr(params, name):g} ({source})" for name, source in taken.sources.items())
+        told.append(f"taken from the platform's names: {', '.join(used)}")
+    if taken.unused:
+        told.append(f"set, but without effect here ({UNUSED}): {', '.join(taken.unused)}")
+    return params, tuple(told)
+
+
+def _by_source(fault: str, sources: Mapping[str, str]) -> str:
+    """A fault begins with the name of its parameter; people know it by the name that they have set."""
+    name = fault.partition(" = ")[0]
+    return fault.replace(name, sources[name], 1) if name in sources else fault

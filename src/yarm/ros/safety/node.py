@@ -16,7 +16,7 @@ from geometry_msgs.msg import TransformStamped, Twist
 from tf2_msgs.msg import TFMessage
 
 from yarm.control.actions import MobileAction
-from yarm.geometry import CellMap, FloatArray, Pose2
+from yarm.geometry import CellMap, FloatArray, Pose2, transform_matrix, transform_points
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.solids import Solid, surface_points
 from yarm.msg import (
@@ -35,18 +35,23 @@ from yarm.ros.common.checks import Doorkeeper, pose_fault, present_s, registry_f
 from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import MapSubscriber, matrix_of_transform
 from yarm.ros.common.params import load_params
-from yarm.ros.common.solids import solids_of
+from yarm.ros.common.solids import solids_at_tip, solids_of
 from yarm.ros.common.start import init_node
 from yarm.ros.common.status_age import STALE_S, silence
+from yarm.ros.common.tracks import TrackSubscriber
+from yarm.ros.safety.people import PeoplePicture
 from yarm.ros.safety.stop import StopService
-from yarm.safety.clearance import Body, column_boxes, way_ahead
+from yarm.safety.clearance import Body, Foresight, Motion, column_boxes, way_ahead
 from yarm.safety.loads import Load, loads_of, with_loads
 from yarm.safety.monitor import Monitor, Seen, Verdict, bodies_for, own_goals
 from yarm.safety.movers import Movers
 from yarm.safety.params import SafetyParams
+from yarm.safety.people import Walking, people_among
 from yarm.safety.pulse import beat_in_background
 
 MAP_AGE_S = 1.0
+STAND_S = Foresight().time_to_stand_s(Motion(1.0))
+"""Until a robot at 1 m/s stands, s; for the picture."""
 
 
 class RobotWatch:
@@ -99,6 +104,8 @@ class SafetyMonitor:
         self._params = params
         self._monitor = Monitor(params)
         self._movers = Movers(params.mover_mps)
+        self._walking = Walking(params.person_mps, params.watched_s, params.mover_mps)
+        self._people = PeoplePicture()
         self._lock = threading.Lock()
         self._entries: Dict[str, RegisteredObject] = {}
         self._solids: Dict[str, List[Tuple[str, Solid]]] = {}
@@ -115,6 +122,7 @@ class SafetyMonitor:
         self._clock = ClockWatch()
         self._clock.on_reset(self._on_clock_reset)
         self._maps = MapSubscriber(lock_step=params.sync)
+        self._tracks = TrackSubscriber(params.sync)
         self._stop = StopService(self._on_stop)
         self._subscribers = [
             rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, self._on_registry, queue_size=10),
@@ -160,6 +168,7 @@ class SafetyMonitor:
             self._looked_s = -1.0
             self._stamps_s.clear()
             self._maps.clear()
+            self._tracks.clear()
             for robot in self._robots.values():
                 robot.goal_id, robot.way, robot.commands_sent = "", (), 0
 
@@ -203,6 +212,7 @@ class SafetyMonitor:
         looks = ((name, self._see(name, now_s, loads)) for name in self._robots)
         robots = {name: seen for name, seen in looks if seen is not None}
         everything = self._bodies(now_s)
+        self._people.show(everything, STAND_S, now_s)
         allowed = own_goals([*self._given(now_s), *((load.robot, load.piece) for load in loads)])
         bodies = {name: bodies_for(name, everything, allowed.get(name, set())) for name in robots}
         self._verdicts = self._monitor.look(now_s, robots, bodies)
@@ -232,10 +242,12 @@ class SafetyMonitor:
         T_world_ee = self._frames.get(entry.seed_frame)
         if T_world_ee is None:
             return None
-        if robot.points is None:
+        if not self._solids[name]:
+            robot.points = self._cells_about_tip(name)
+        elif robot.points is None:
             robot.points = self._surface(name, T_world_ee)
-            if robot.points is None:
-                return None
+        if robot.points is None:
+            return None
         pose = Pose2(
             float(T_world_ee[0, 3]), float(T_world_ee[1, 3]), float(np.arctan2(T_world_ee[1, 0], T_world_ee[0, 0]))
         )
@@ -246,14 +258,21 @@ class SafetyMonitor:
         return Seen(pose, float(T_world_ee[2, 3]), points, target, robot.goal_id, age_s, robot.way[:-1])
 
     def _surface(self, name: str, T_world_ee: FloatArray) -> Optional[FloatArray]:
-        own = self._solids[name]
-        if not own or any(frame not in self._frames for frame, _ in own):
+        solids = solids_at_tip(self._entries[name], {**self._frames, self._entries[name].seed_frame: T_world_ee})
+        if not solids:
             return None
-        T_ee_world = np.linalg.inv(T_world_ee)
-        solids = [solid.seen_from(T_ee_world @ self._frames[frame]) for frame, solid in own]
         points = surface_points(solids, self._params.spacing_m)
         above: FloatArray = points[points[:, 2] + T_world_ee[2, 3] > 0.02]
         return above
+
+    def _cells_about_tip(self, name: str) -> Optional[FloatArray]:
+        """Middles (n, 3) of the cells of a robot that nobody drew, as the newest map has them, end effector's frame."""
+        cell_map = self._maps.newest()
+        found = None if cell_map is None else cell_map.objects.get(name)
+        if cell_map is None or found is None or not len(found.cells):
+            return None
+        middles = cell_map.spec.lower + (found.cells + 0.5) * cell_map.spec.resolution
+        return transform_points(np.linalg.inv(transform_matrix(found.position_m, found.quaternion)), middles)
 
     def _bodies(self, now_s: float) -> List[Body]:
         bodies = []
@@ -272,14 +291,16 @@ class SafetyMonitor:
         things = {
             name: thing.cells
             for name, thing in cell_map.objects.items()
-            if name not in known and thing.kind not in (ObjectKind.TARGET, ObjectKind.MOBILE) and len(thing.cells)
+            if name not in known and thing.kind != ObjectKind.TARGET and len(thing.cells)
+            if thing.kind != ObjectKind.MOBILE or not self._solids.get(name)
         }
         self._movers.see(cell_map.stamp_s, cell_map.spec, things)
         age_s = now_s - cell_map.stamp_s
-        return [
+        shown = [
             Body(name, (), column_boxes(cell_map.spec, cells), self._movers.velocity(name), age_s)
             for name, cells in things.items()
         ]
+        return list(people_among(shown, self._tracks.newest(cell_map.stamp_s), self._walking, now_s))
 
     def _message(self) -> SafetyStatus:
         stopped = self._stop.reason
@@ -291,6 +312,9 @@ class SafetyMonitor:
             message.clearance_m.append(verdict.ahead.distance_m)
             message.nearest.append(verdict.ahead.nearest)
             message.stopped.append(verdict.held or bool(stopped))
+            message.person.append(verdict.apart.who)
+            message.person_m.append(verdict.apart.distance_m)
+            message.separation_m.append(verdict.apart.required_m)
         return message
 
 

@@ -67,7 +67,7 @@ class SanderNode:
         self._buttons: Sequence[int] = (0,) * len(Button)
         self._received = 0
         self._ack_after: Optional[StepAck] = None
-        self._heard_s = time.monotonic()
+        self._heard_s = self._driven_s = time.monotonic()
         self._last_s = -np.inf
         self._was_scanning = False
         self._reported: Tuple[Optional[SanderReport], float] = (None, -np.inf)
@@ -174,15 +174,28 @@ class SanderNode:
     # The tick.
 
     def _ready(self, stamp_s: float) -> bool:
-        """Lock-step: the controls server has done the tick and its presses and switches have come."""
+        """The arm's driver listens; in lock-step, the controls server has done the tick and what it sent has come."""
         if not self._params.sync:
-            return True
+            return self._driver_listens()
         if not self._scan.complete(stamp_s):
             return False
         if not self._params.sync_after:
             return True
         ack = self._ack_after
         return ack is not None and ack.header.stamp.to_sec() >= stamp_s - 1e-4 and self._received >= ack.commands_sent
+
+    def _driver_listens(self) -> bool:
+        """A motion sent to nobody would be believed under way: until somebody listens nothing is decided or said.
+
+        What was under way before comes to rest then: the next reading is one after a pause.
+        """
+        now_s = time.monotonic()
+        if self._outbox.connected:
+            self._driven_s = now_s
+        elif now_s - self._driven_s > SILENCE_S:
+            topic = names.joint_path_command(self._params.arm)
+            rospy.logwarn_throttle(10.0, f"nobody listens to {topic} for {SILENCE_S:g} s: is the arm's driver up?")
+        return self._outbox.connected
 
     def _tick(self, joints: JointState) -> None:
         stamp_s = joints.header.stamp.to_sec()

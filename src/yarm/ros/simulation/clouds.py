@@ -13,6 +13,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from yarm.geometry import FloatArray
+from yarm.geometry.poses import quaternions_of
 from yarm.ros.common import names
 
 STAMP_AT = 4
@@ -91,25 +92,3 @@ class RawTransforms:
     def serialize(self, buff: BytesIO) -> None:
         """Write the message; called by rospy."""
         buff.write(self._data)
-
-
-def quaternions_of(rotations: FloatArray) -> FloatArray:
-    """Quaternions (n, 4) x, y, z, w of rotation matrices (n, 3, 3)."""
-    m = rotations
-    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
-    # Each row of the symmetric 4 x 4 matrix is 4 q_i q; the one with the largest diagonal is the safest to take.
-    k = np.empty((len(m), 4, 4))
-    k[:, 0, 0] = 1 + 2 * m[:, 0, 0] - trace
-    k[:, 1, 1] = 1 + 2 * m[:, 1, 1] - trace
-    k[:, 2, 2] = 1 + 2 * m[:, 2, 2] - trace
-    k[:, 3, 3] = 1 + trace
-    k[:, 0, 1] = k[:, 1, 0] = m[:, 0, 1] + m[:, 1, 0]
-    k[:, 0, 2] = k[:, 2, 0] = m[:, 0, 2] + m[:, 2, 0]
-    k[:, 1, 2] = k[:, 2, 1] = m[:, 1, 2] + m[:, 2, 1]
-    k[:, 0, 3] = k[:, 3, 0] = m[:, 2, 1] - m[:, 1, 2]
-    k[:, 1, 3] = k[:, 3, 1] = m[:, 0, 2] - m[:, 2, 0]
-    k[:, 2, 3] = k[:, 3, 2] = m[:, 1, 0] - m[:, 0, 1]
-    best = np.argmax(np.diagonal(k, axis1=1, axis2=2), axis=1)
-    rows = k[np.arange(len(m)), best]
-    quaternions: FloatArray = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-    return quaternions

@@ -47,7 +47,7 @@ class Inbox(Jobs):
         raster: share of its raster that each manipulator has done; those that have said nothing are not in it.
     """
 
-    def __init__(self, world: SimWorld, spawn: Callable[[Any], str], delete: Callable[[str], str], sync: bool) -> None:
+    def __init__(self, world: SimWorld, spawn: Callable[[Any], str], delete: Callable[[Any], str], sync: bool) -> None:
         """Subscribe and advertise; ``spawn`` and ``delete`` do the services' work and return what was done."""
         self._world = world
         super().__init__()
@@ -63,7 +63,7 @@ class Inbox(Jobs):
             rospy.Subscriber(names.PLANNING_METADATA, rospy.AnyMsg, self._on_metadata, queue_size=10)
         self._services = [
             rospy.Service(names.SPAWN_OBSTACLES, SpawnObstacles, partial(self._serve, spawn)),
-            rospy.Service(names.DELETE_OBSTACLES, SpawnObstacles, partial(self._serve, lambda r: delete(r.name))),
+            rospy.Service(names.DELETE_OBSTACLES, SpawnObstacles, partial(self._serve, delete)),
         ]
         for robot, hand in world.hands.items():
             for name, switch in (("on", hand.on), ("off", hand.off)):
@@ -159,7 +159,7 @@ class Inbox(Jobs):
             self.commander_state = message.state_name
             tasks = [t for t in message.tasks if t.robot and t.status in HEADING_STATES]
             goals = {t.robot: t.goal for t in sorted(tasks, key=lambda t: HEADING_STATES.index(t.status))}
-            self._world.contacts.set_goals(goals)
+            self._world.contacts.set_goals({robot: self._world.meant(goal, robot) for robot, goal in goals.items()})
 
         self.put(job)
 

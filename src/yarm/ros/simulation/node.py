@@ -8,35 +8,25 @@ from __future__ import annotations
 
 import threading
 import time
-from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 import rospy
 
-from yarm.geometry.kinds import ContactKind, ObjectKind
+from yarm.geometry.kinds import ContactKind
 from yarm.ros.common import names
 from yarm.ros.common.params import load_params
+from yarm.ros.common.requests import spawn_spec
 from yarm.ros.simulation.inbox import Inbox
 from yarm.ros.simulation.loop import Pace, Stopwatch, SyncError, missing_acks, run_node
 from yarm.ros.simulation.outbox import CAMERAS, Outbox, frame_poses
 from yarm.ros.simulation.params import SimulationParams
 from yarm.sim.engine.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SimWorld, SpawnError
 from yarm.sim.scenes.events import Event, Script, Situation
-from yarm.sim.scenes.scene import MOST_MODEL_BYTES, TOP_M, load_scene, scene_path
-from yarm.sim.scenes.specs import HALF_CELL_M, ThingSpec
+from yarm.sim.scenes.scene import load_scene, scene_path, without_shapes
+from yarm.sim.scenes.specs import NOT_DRAWN
 from yarm.sim.sensors.cameras import Eyes, best_rays
 from yarm.sim.sensors.rays_embree import EmbreeRays
 
-DEFAULT_BOX_M = (0.2, 0.2, 0.2)
-UNREGISTERED = "Unregistered"
-"""Type of SpawnObstacles for an obstacle that is in no registry."""
-SPAWNED_KINDS = {
-    ObjectKind.DEBRIS: ObjectKind.DEBRIS,
-    ObjectKind.TARGET: ObjectKind.TARGET,
-    ObjectKind.OBSTACLE: ObjectKind.OBSTACLE,
-    UNREGISTERED: ObjectKind.OBSTACLE,
-}
-"""Kind of body of each type that SpawnObstacles knows."""
 STEPS_PER_SET = 2 * STEPS_PER_TICK
 WIND_ON_STEPS = 96
 """Steps from one camera set to the next on the way to the lock-step's start: 0.4 s is no interruption to anybody."""
@@ -66,6 +56,7 @@ class SimulationNode:
         self._params = params
         self._stop = stop
         scene = load_scene(params.scene, params.seed if params.vary else -1)
+        scene = without_shapes(scene) if params.shapes == NOT_DRAWN else scene
         self._world = SimWorld(scene, params, gui=params.gui, hands=params.hands)
         rays = best_rays()
         if isinstance(rays, EmbreeRays):
@@ -83,7 +74,7 @@ class SimulationNode:
         self._frames_since_status = 0
         self._reported: Dict[Tuple[str, str], bool] = {}
         self._watch = Stopwatch()
-        self._outbox = Outbox(self._world)
+        self._outbox = Outbox(self._world, params.registry)
         self._inbox = Inbox(self._world, self._serve_spawn, self._serve_delete, params.sync)
 
     def run(self) -> None:
@@ -266,64 +257,10 @@ class SimulationNode:
         self._world.spawn(spec)
         return f"{spec.kind} {spec.name} is at ({spec.x:.3f}, {spec.y:.3f}, {spec.z:.3f})"
 
-    def _serve_delete(self, name: str) -> str:
+    def _serve_delete(self, request: Any) -> str:
+        name = self._world.named(request.name, (request.x, request.y))
         self._world.delete(name)
         return f"{name} has left the cell"
-
-
-def spawn_spec(request: Any, folder: Path) -> ThingSpec:
-    """The object a SpawnObstacles request asks for.
-
-    Args:
-        request: what is asked.
-        folder: of the scene's file; a model's path may be relative to it.
-
-    Raises:
-        SpawnError: faults, all listed, with what is accepted.
-    """
-    faults = []
-    if not request.name or not request.name.replace("_", "").isalnum():
-        faults.append(f"name {request.name!r} must be letters, digits and underscores")
-    if request.type not in SPAWNED_KINDS:
-        faults.append(f"type {request.type!r} must be one of {', '.join(SPAWNED_KINDS)}")
-    for axis, value, low, high in (
-        ("x", request.x, -HALF_CELL_M, HALF_CELL_M),
-        ("y", request.y, -HALF_CELL_M, HALF_CELL_M),
-        ("z", request.z, 0.0, TOP_M),
-        ("yaw", request.yaw, -7.0, 7.0),
-    ):
-        if not low <= value <= high:
-            faults.append(f"{axis} {value} must be within {low:g} to {high:g}")
-    size = tuple(request.shape) or DEFAULT_BOX_M
-    kind = SPAWNED_KINDS.get(request.type, "")
-    boxy = kind == ObjectKind.OBSTACLE and not request.model
-    if boxy and (len(size) != 3 or not all(0.01 <= s <= 5.0 for s in size)):
-        faults.append(f"shape {list(size)} must be three sizes within 0.01 to 5 m")
-    model = str(folder / request.model) if request.model else ""
-    if model:
-        faults += _model_faults(request, kind, Path(model))
-    if faults:
-        raise SpawnError("; ".join(faults))
-    size = size if boxy else ()
-    registered = request.type != UNREGISTERED
-    return ThingSpec(request.name, kind, request.x, request.y, request.z, request.yaw, size, registered, model)
-
-
-def _model_faults(request: Any, kind: str, file: Path) -> List[str]:
-    faults = []
-    if kind == ObjectKind.TARGET:
-        faults.append(f"model {request.model!r}: a target has no body; leave it empty")
-    if request.shape:
-        faults.append(f"shape {list(request.shape)} must be empty where a model is given")
-    try:
-        size = file.stat().st_size if file.is_file() else -1
-    except OSError as error:  # for instance, too long a name
-        return [*faults, f"model {request.model[:80]!r} cannot be read: {error.strerror}"]
-    if size < 0:
-        faults.append(f"model {request.model!r} must be a URDF or xacro file; there is no {file}")
-    elif size > MOST_MODEL_BYTES:
-        faults.append(f"model {request.model!r} has {size} bytes, at most {MOST_MODEL_BYTES}")
-    return faults
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from typing import Dict, List, Mapping, Union
 import numpy as np
 import numpy.typing as npt
 import rospy
-from geometry_msgs.msg import Point, Pose, TransformStamped
+from geometry_msgs.msg import Point
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Bool
@@ -21,14 +21,12 @@ from yarm.msg import (
     GripperState,
     JointControllerState,
     ObjectRegistry,
-    RegisteredObject,
     SimStatus,
 )
 from yarm.robots.ankurbot import CASTERS
 from yarm.ros.common import names
-from yarm.ros.common.solids import primitive_of
-from yarm.ros.simulation.clouds import RawCloud, RawTransforms, quaternions_of
-from yarm.sim.engine.bodies import Body
+from yarm.ros.common.bodies import registry_message, transform_message
+from yarm.ros.simulation.clouds import RawCloud, RawTransforms
 from yarm.sim.engine.contacts import Contact as SimContact
 from yarm.sim.engine.world import TICK_S, SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot
@@ -41,13 +39,16 @@ CAMERAS = (1, 2, 3, 4)
 class Outbox:
     """Publishers of the simulated cell; messages nobody listens to are not made."""
 
-    def __init__(self, world: SimWorld) -> None:
-        """Advertise."""
+    def __init__(self, world: SimWorld, tells: bool = True) -> None:
+        """Advertise; without ``tells`` nobody is told who is in the cell, only the drivers' frames."""
         self._world = world
+        self._tells = tells
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10, tcp_nodelay=True)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=100, tcp_nodelay=True)
         self._tf_static = rospy.Publisher("/tf_static", TFMessage, queue_size=10, latch=True)
-        self._registry = rospy.Publisher(names.OBJECT_REGISTRY, ObjectRegistry, queue_size=10, latch=True)
+        self._registry = (
+            rospy.Publisher(names.OBJECT_REGISTRY, ObjectRegistry, queue_size=10, latch=True) if tells else None
+        )
         self._contacts = rospy.Publisher(names.SIM_CONTACTS, Contacts, queue_size=100)
         self._clearance = rospy.Publisher(names.SIM_CLEARANCE, Clearance, queue_size=100)
         self._status = rospy.Publisher(names.SIM_STATUS, SimStatus, queue_size=10)
@@ -88,15 +89,17 @@ class Outbox:
         """Registry and fixed frames; call at the start and whenever an object comes or goes."""
         poses = self._world.transforms()
         fixed = dict(cameras)
-        known = [body for body in self._world.bodies.values() if body.registered]
-        hidden = {frame for body in self._world.bodies.values() if not body.registered for frame in body.link_frames}
+        scene = self._world.scene
+        driven = {robot.name for robot in scene.robots} | {arm.name for arm in scene.arms}
+        bodies = self._world.bodies.values()
+        known = [body for body in bodies if (body.registered if self._tells else body.name in driven)]
+        hidden = {frame for body in bodies if body not in known for frame in body.link_frames}
         for body in known:
             fixed.update(body.static_frames)
         self._transforms = RawTransforms([frame for frame in poses if frame not in fixed and frame not in hidden])
-        self._tf_static.publish(_transform_message(stamp, fixed))
-        registry = ObjectRegistry(entries=[registry_entry(body) for body in known])
-        registry.header.stamp, registry.header.frame_id = stamp, names.WORLD_FRAME
-        self._registry.publish(registry)
+        self._tf_static.publish(transform_message(stamp, fixed))
+        if self._registry is not None:
+            self._registry.publish(registry_message(stamp, known))
 
     def tick(self, stamp: rospy.Time) -> None:
         """Clock, moving frames, joints."""
@@ -153,6 +156,7 @@ class Outbox:
         message.parts, message.ms_per_frame = list(parts_ms), list(parts_ms.values())
         message.debris = self._world.debris
         message.bins = [self._world.bin_of(name) for name in message.debris]
+        message.lost = sum(hand.lost for hand in self._world.hands.values())
         self._status.publish(message)
 
     def _caster_states(self, name: str, stamp: rospy.Time) -> None:
@@ -162,37 +166,6 @@ class Outbox:
             message.process_value_dot, message.error = reading.speed, reading.set_point - reading.angle
             message.time_step, message.command = TICK_S, reading.torque
             publisher.publish(message)
-
-
-def _transform_message(stamp: rospy.Time, poses: Mapping[str, FloatArray]) -> TFMessage:
-    message = TFMessage()
-    for frame, pose in poses.items():
-        entry = TransformStamped(child_frame_id=frame)
-        entry.header.stamp, entry.header.frame_id = stamp, names.WORLD_FRAME
-        moved = _pose(pose)
-        entry.transform.translation = moved.position
-        entry.transform.rotation = moved.orientation
-        message.transforms.append(entry)
-    return message
-
-
-def _pose(matrix: FloatArray) -> Pose:
-    pose = Pose()
-    pose.position.x, pose.position.y, pose.position.z = (float(v) for v in matrix[:3, 3])
-    x, y, z, w = quaternions_of(matrix[None, :3, :3])[0]
-    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = map(float, (x, y, z, w))
-    return pose
-
-
-def registry_entry(body: Body) -> RegisteredObject:
-    """What the registry tells of a body."""
-    entry = RegisteredObject(name=body.name, object=str(body.kind), type="dynamic" if body.dynamic else "static")
-    entry.seed_frame, entry.link_frames = body.seed_frame, list(body.link_frames)
-    for item in body.solids:
-        entry.shapes.append(primitive_of(item.solid))
-        entry.shape_poses.append(_pose(item.T_frame_solid))
-        entry.shape_frames.append(item.frame)
-    return entry
 
 
 def contact_message(contact: SimContact) -> Contact:

@@ -7,6 +7,7 @@ from typing import Tuple
 
 from yarm.params import param
 from yarm.sim.engine.world import WorldParams
+from yarm.sim.scenes.specs import DRAWN, NOT_DRAWN
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,15 @@ class SimulationParams(WorldParams):
     )
     vary: bool = param(True, "", "a seed other than the scene's own changes its layout where the scene says how")
     hands: bool = param(False, "", "the mobile robots carry a hand: a lift with a suction cup at the arm's tip")
+    shapes: str = param(
+        DRAWN,
+        "",
+        "none: nobody is told the mobile robots' shapes; drawn: as the scene says",
+        choices=(DRAWN, NOT_DRAWN),
+    )
+    registry: bool = param(
+        True, "", "tell who is in the cell (object_registry, their frames); false: only what drivers would, as hardware"
+    )
     depth_noise: bool = param(True, "", "Kinect-like noise on the depth cameras")
     real_time_factor: float = param(
         1.0, "", "greatest simulated seconds per second; 0 as fast as possible", low=0, high=100

@@ -5,42 +5,35 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
+from functools import partial
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pybullet
 
 from yarm.geometry import (
-    BoolArray,
     FloatArray,
     GridSpec,
+    Pose2,
     quaternion_from_rpy,
-    transform_matrix,
     transform_points,
     wrap_angle,
 )
 from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
-from yarm.geometry.solids import Shape
-from yarm.geometry.urdf import LinkSolid
+from yarm.geometry.solids import Solid
+from yarm.robots.ankurbot import ARM_REACH_M
 from yarm.robots.hc10 import PRIVATE_AREA, Area
+from yarm.robots.shapes import PieceShape, RobotShape, piece_shape, robot_shape
+from yarm.robots.turns import FINER_TURNS_DEG, QUARTER_TURNS_DEG
 from yarm.sim.checks.finding import Finding
-from yarm.sim.checks.reachability import (
-    ConfigurationSpace,
-    RobotShape,
-    compatible,
-    configurations_at,
-    heading_angles,
-    nearest_heading,
-    pairs,
-    solid_points,
-)
-from yarm.sim.engine.bodies import Body, FramedSolid, description, rigid_solids, set_root_pose
-from yarm.sim.engine.things import SpawnError
+from yarm.sim.checks.reachability import Configuration, ConfigurationSpace, Reached, pairs, solid_points
+from yarm.sim.engine.bodies import set_root_pose
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.arm import Arm
+from yarm.sim.scenes.bodies import Body, SpawnError, description, rigid_solids
 from yarm.sim.scenes.scene import Scene, SceneError
-from yarm.sim.scenes.specs import ThingSpec
+from yarm.sim.scenes.specs import RobotSpec, ThingSpec
 
 HOVER_TIP_M = 1.15
 HOVER_CLEARANCE_M = 0.05
@@ -50,7 +43,10 @@ LINK_CLEARANCE_M = 0.05
 NEIGHBOURS = 2
 """Links this near along the chain (joints apart) touch by construction."""
 
-Configuration = Tuple[int, Tuple[int, int]]
+TURNS_DEG = (*QUARTER_TURNS_DEG, *FINER_TURNS_DEG)
+"""Turns that a Commander has robots make unless told otherwise, the finer ones where the others lead nobody."""
+ANY_TURNS_DEG = (0.0, 10.0, -10.0)
+"""Turns with which a robot gets about wherever it can at all, as good as."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +58,12 @@ class GoalPoint:
     y: float
 
 
-def check_scene(scene: Scene, hands: bool = False) -> List[Finding]:
+def check_scene(scene: Scene, hands: bool = False, turns_deg: Sequence[float] = TURNS_DEG) -> List[Finding]:
     """Every check of a scene.
 
     Args:
         scene: to check.
+        turns_deg: turns that mobile robots make, deg.
         hands: its mobile robots carry a hand, drawn up, with a piece of debris in it while they drive, and take debris
             to the scene's bins.
     """
@@ -75,18 +72,22 @@ def check_scene(scene: Scene, hands: bool = False) -> List[Finding]:
     except SpawnError as error:
         return [Finding(False, str(error))]
     with world:
-        return _Checker(world).findings()
+        return _Checker(world, turns_deg).findings()
 
 
-def unreachable_goals(scene: Scene) -> Dict[str, str]:
+def unreachable_goals(scene: Scene, turns_deg: Sequence[float] = TURNS_DEG) -> Dict[str, str]:
     """Why goals of a scene, those of its events too, cannot be reached as it begins, by name; the others are not in it.
+
+    Args:
+        scene: to check.
+        turns_deg: turns that mobile robots make, deg.
 
     Raises:
         SceneError: its things overlap at the start, so that there is nothing to check.
     """
     try:
         with SimWorld(scene) as world:
-            findings = _Checker(world).findings()
+            findings = _Checker(world, turns_deg).findings()
     except SpawnError as error:
         raise SceneError(f"{scene.name}: {error}") from error
     reasons: Dict[str, str] = {}
@@ -108,28 +109,38 @@ def goal_points(scene: Scene) -> List[GoalPoint]:
     return points
 
 
-def carried_points(cup_m: float) -> FloatArray:
-    """Points (n, 3) that fill a piece of debris under a cup at a height, however it is turned; end effector's frame."""
+def debris_shape() -> PieceShape:
+    """A piece of debris however it lies or hangs."""
     _, model = description("debris.urdf.xacro")
-    own = solid_points((FramedSolid("", solid, np.eye(4)), pose) for solid, pose in rigid_solids(model))
-    reach = float(np.hypot(own[:, 0], own[:, 1]).max())
-    height = float(np.ptp(own[:, 2]))
-    disc = FramedSolid("", LinkSolid(Shape.CYLINDER, (reach, height), np.eye(4), "piece"), np.eye(4))
-    pose = transform_matrix((0.0, 0.0, cup_m - 0.5 * height), (0.0, 0.0, 0.0, 1.0))
-    return solid_points([(disc, pose)])
+    return piece_shape([Solid(solid.shape, solid.size, pose) for solid, pose in rigid_solids(model)])
+
+
+def shape_of(world: SimWorld, robot: Ankurbot) -> RobotShape:
+    """What a Commander knows of a robot, with a piece of debris in its hand if it has one."""
+    transforms = world.transforms()
+    T_world_ee = transforms[robot.body.seed_frame]
+    T_ee_world = np.linalg.inv(T_world_ee)
+    solids = [
+        Solid(item.solid.shape, item.solid.size, T_ee_world @ transforms[item.frame] @ item.T_frame_solid)
+        for item in robot.body.solids
+    ]
+    shape = robot_shape(solids, float(T_world_ee[2, 3]))
+    return shape if robot.hand is None else shape.with_load(debris_shape())
 
 
 class _Checker:
     """The checks of one world at its start."""
 
-    def __init__(self, world: SimWorld) -> None:
+    def __init__(self, world: SimWorld, turns_deg: Sequence[float]) -> None:
         self._world = world
+        self._turns_deg = turns_deg
         self._spec = GridSpec()
         self._goals = goal_points(world.scene)
         if world.hands:
             self._goals += [GoalPoint(spec.name, spec.station.x, spec.station.y) for spec in world.scene.bins]
         self._options: Dict[str, List[Configuration]] = {}
-        self._shape: Optional[RobotShape] = None
+        self._space: Optional[ConfigurationSpace] = None
+        self._anyhow: Dict[str, Reached] = {}
 
     def findings(self) -> List[Finding]:
         found = self._starts()
@@ -161,61 +172,60 @@ class _Checker:
         return found
 
     def _reach(self) -> List[Finding]:
-        transforms = self._world.transforms()
         first = next(iter(self._world.robots.values()))
-        to_ee = np.linalg.inv(transforms[first.body.seed_frame])
-        points = transform_points(to_ee, self._points(first.body))
-        points[:, 2] += transforms[first.body.seed_frame][2, 3]
-        if first.hand is not None:
-            points = np.concatenate([points, carried_points(float(first.hand.cup[2, 3]))])
-        self._shape = RobotShape.from_points(points, self._spec)
         fixed = [
             self._points(b)
             for b in self._world.bodies.values()
             if b.kind in (ObjectKind.OBSTACLE, ObjectKind.MANIPULATOR)
         ]
-        space = ConfigurationSpace(self._shape, np.concatenate([np.zeros((0, 3)), *fixed]), self._spec)
-        reached: Dict[str, BoolArray] = {}
+        mask_at = partial(shape_of(self._world, first).mask, self._spec)
+        space = ConfigurationSpace(mask_at, np.concatenate([np.zeros((0, 3)), *fixed]), self._spec)
+        self._space = space
+        reached: Dict[str, Reached] = {}
         found = []
         for robot in self._world.scene.robots:
-            column = self._spec.column_of(transforms[f"{robot.name}/ee"][:3, 3])
-            reached[robot.name] = space.reachable(column, nearest_heading(robot.heading_rad))
-            if not reached[robot.name].any():
+            reached[robot.name] = self._reached(space, robot, self._turns_deg)
+            if not reached[robot.name].columns.any():
                 found.append(Finding(False, f"{robot.name} cannot move: something is within one cell of its start"))
-        return found + [self._reach_goal(goal, reached) for goal in self._goals]
+        return found + [self._reach_goal(goal, space, reached) for goal in self._goals]
 
-    def _reach_goal(self, goal: GoalPoint, reached: Dict[str, BoolArray]) -> Finding:
+    def _reached(self, space: ConfigurationSpace, robot: RobotSpec, turns_deg: Sequence[float]) -> Reached:
+        tip = Pose2(robot.x, robot.y, robot.heading_rad).compose(Pose2(ARM_REACH_M, 0.0))
+        return space.reachable(self._spec.column_of((tip.x, tip.y)), robot.heading_rad, turns_deg)
+
+    def _reach_goal(self, goal: GoalPoint, space: ConfigurationSpace, reached: Dict[str, Reached]) -> Finding:
         column = self._spec.column_of((goal.x, goal.y))
-        by = {name: configurations_at(cells, column) for name, cells in reached.items()}
+        by = {name: cells.at(column) for name, cells in reached.items()}
         able = {name: options for name, options in by.items() if options}
         self._options[goal.name] = sorted({option for options in able.values() for option in options})
-        if not able:
+        if able:
+            text = f"{goal.name}: {', '.join(able)} can reach it, headings {_degrees(self._options[goal.name])} deg"
+            return Finding(True, text, goal.name)
+        if not self._anyhow:
+            robots = self._world.scene.robots
+            self._anyhow = {robot.name: self._reached(space, robot, ANY_TURNS_DEG) for robot in robots}
+        anyhow = {name: cells.at(column) for name, cells in self._anyhow.items()}
+        askew = {name: options for name, options in anyhow.items() if options}
+        if not askew:
             text = f"{goal.name}: no robot can get to column {column} at any heading with the margin"
             return Finding(False, text, goal.name)
-        degrees = [round(math.degrees(heading_angles()[heading])) for heading, _ in self._options[goal.name]]
-        square = [name for name, options in able.items() if any(self._is_square(name, h) for h, _ in options)]
-        if not square:
-            return Finding(
-                False,
-                f"{goal.name}: {', '.join(able)} can get to column {column} only at headings {degrees} deg, to which "
-                f"quarter turns do not lead; the Commander's turns_deg needs finer ones, such as 45 and -45",
-                goal.name,
-            )
-        return Finding(True, f"{goal.name}: {', '.join(square)} can reach it, headings {degrees} deg", goal.name)
-
-    def _is_square(self, robot: str, heading: int) -> bool:
-        """Whether quarter turns lead a robot from its start to a heading."""
-        start = next(spec.heading_rad for spec in self._world.scene.robots if spec.name == robot)
-        return (heading - nearest_heading(start)) % (len(heading_angles()) // 4) == 0
+        turns = ", ".join(f"{angle:g}" for angle in self._turns_deg)
+        ways = "; ".join(f"{name} can at headings {_degrees(options)} deg" for name, options in askew.items())
+        return Finding(
+            False,
+            f"{goal.name}: turns of {turns} deg (the Commander's turns_deg and finer_turns_deg) lead no robot to "
+            f"column {column}; with any turns {ways}",
+            goal.name,
+        )
 
     def _pairs(self) -> List[Finding]:
         found: List[Finding] = []
-        if len(self._world.robots) < 2 or self._shape is None:
+        if len(self._world.robots) < 2 or self._space is None:
             return found
         for one, other in pairs(goal.name for goal in self._goals):
             if one.split(" ")[0] == other.split(" ")[0] or not (self._options[one] and self._options[other]):
                 continue
-            good = compatible(self._shape, self._spec, self._options[one], self._options[other])
+            good = self._space.compatible(self._options[one], self._options[other])
             text = "can be held together" if good else "cannot be held together at any headings with the margin"
             found.append(Finding(good, f"{one} and {other} {text}"))
         return found
@@ -251,10 +261,10 @@ class _Checker:
     def _hover_over(self, arm: Arm, goal: GoalPoint, hovers: List[List[float]]) -> Finding:
         robot = next(iter(self._world.robots.values()))
         best, best_degrees = -1.0, 0
-        for heading, _ in self._options[goal.name]:
-            least = self._clearance_at(arm, robot, goal, float(heading_angles()[heading]), hovers)
+        for yaw_rad, _ in self._options[goal.name]:
+            least = self._clearance_at(arm, robot, goal, yaw_rad, hovers)
             if least > best:
-                best, best_degrees = least, round(math.degrees(heading_angles()[heading]))
+                best, best_degrees = least, round(math.degrees(yaw_rad))
         text = f"{goal.name}: robot at {best_degrees} deg stays {best:.2f} m clear of the hovering {arm.body.name}"
         return Finding(best >= HOVER_CLEARANCE_M, f"{text} (at least {HOVER_CLEARANCE_M} m)", goal.name)
 
@@ -295,6 +305,10 @@ def tip_joints(client: int, arm: Arm, x: float, y: float, z: float, tries: int =
         if near and np.all(np.asarray(joints) >= limits.lower) and np.all(np.asarray(joints) <= limits.upper):
             return list(joints)
     return None
+
+
+def _degrees(configurations: Sequence[Configuration]) -> List[int]:
+    return sorted({round(math.degrees(yaw_rad)) for yaw_rad, _ in configurations})
 
 
 def _columns(area: Area) -> str:

@@ -1,8 +1,10 @@
 """Where an ankurbot can go: its configuration space over end-effector columns and headings, with a safety margin.
 
-A configuration is a column (x, y) of the end effector and one of HEADINGS headings. It is free when every cell of the
-robot lies in the mapped volume and no obstacle is within one cell (all 26 neighbours) of it. A robot moves to one of
-the 8 neighbouring columns at the same heading, or turns in place about its end effector by one heading.
+A configuration is a heading, rad, and a column (x, y) of the end effector. It is free when every cell of the robot lies
+in the mapped volume and no obstacle is within one cell (all 26 neighbours) of it. A robot moves to one of the 4
+neighbouring columns at the same heading, or makes one of the turns it is allowed in place about its end effector, where
+it is free at every heading on the way. So it drives only at headings that turns lead to from the one it starts with.
+(Nothing is lost by four neighbours: what a longer move sweeps, a diagonal one on both sides, holds a chain of such.)
 """
 
 from __future__ import annotations
@@ -10,10 +12,9 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Iterable, List, Tuple
+from typing import Callable, Dict, Iterable, List, Sequence, Tuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
 from yarm.geometry import (
@@ -22,19 +23,26 @@ from yarm.geometry import (
     FloatArray,
     GridSpec,
     IntArray,
+    Mask,
     columns_from_cells,
     dilated,
-    quaternion_from_rpy,
     shifted,
-    transform_matrix,
     transform_points,
+    wrap_angle,
 )
 from yarm.geometry.solids import Shape
-from yarm.sim.engine.bodies import FramedSolid
+from yarm.sim.scenes.bodies import FramedSolid
 
-HEADINGS = 36
+MOST_HEADINGS = 72
+LOOK_RAD = math.radians(5.0)
+"""How far apart the headings are that are looked at in the midst of a turn, at most."""
+SAME_HEADING_RAD = math.radians(0.1)
 SAMPLE_M = 0.025
 MARGIN_CELLS = 1
+
+Column = Tuple[int, int]
+Configuration = Tuple[float, Column]
+"""Heading, rad, world, and column of the end effector."""
 
 
 def solid_points(items: Iterable[Tuple[FramedSolid, FloatArray]]) -> FloatArray:
@@ -52,82 +60,109 @@ def solid_points(items: Iterable[Tuple[FramedSolid, FloatArray]]) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class RobotShape:
-    """A robot's cells at each heading with its end effector in the middle of a column.
+class Reached:
+    """What a robot can get to.
 
     Attributes:
-        cells: HEADINGS arrays (n, 3): dx, dy from the end effector's column, absolute z.
+        headings_rad: where turns lead, the start's first.
+        columns: (headings, gx, gy) where its end effector can be at each of them.
     """
 
-    cells: Tuple[IntArray, ...]
+    headings_rad: Tuple[float, ...]
+    columns: BoolArray
 
-    @staticmethod
-    def from_points(points_ee: FloatArray, spec: GridSpec) -> RobotShape:
-        """From points (n, 3) that fill the robot: x, y from its end effector along its heading, z above the floor."""
-        res_x, res_y, res_z = spec.resolution
-        inside = points_ee[(points_ee[:, 2] >= spec.lower[2]) & (points_ee[:, 2] < spec.upper[2])]
-        cells = []
-        for heading in heading_angles():
-            turned = transform_points(transform_matrix((0, 0, 0), quaternion_from_rpy(0, 0, heading)), inside)
-            columns = np.floor(turned[:, :2] / (res_x, res_y) + 0.5)
-            z = np.floor((turned[:, 2] - spec.lower[2]) / res_z)
-            cells.append(np.unique(np.column_stack([columns, z]).astype(np.int64), axis=0))
-        return RobotShape(tuple(cells))
-
-    def image_at(self, heading: int, column: Tuple[int, int], spec: GridSpec) -> ColumnImage:
-        """Column image of the robot at a configuration; cells outside the grid are left out."""
-        cells = self.cells[heading] + np.array([column[0], column[1], 0])
-        return columns_from_cells(cells[spec.contains(cells)], spec.shape[:2])
-
-
-def heading_angles() -> FloatArray:
-    """The headings, rad, (HEADINGS,)."""
-    return np.arange(HEADINGS) * (2.0 * math.pi / HEADINGS)
-
-
-def nearest_heading(yaw_rad: float) -> int:
-    """Index of the heading nearest to a yaw."""
-    return round(yaw_rad / (2.0 * math.pi / HEADINGS)) % HEADINGS
+    def at(self, column: Column) -> List[Configuration]:
+        """Configurations of a column of the grid, in the order of the headings."""
+        return [(self.headings_rad[i], column) for i in np.nonzero(self.columns[:, column[0], column[1]])[0]]
 
 
 class ConfigurationSpace:
-    """Free configurations (HEADINGS, gx, gy) of one robot shape among obstacles."""
+    """Where a robot may be among obstacles, the margin between them."""
 
-    def __init__(self, shape: RobotShape, obstacle_points: FloatArray, spec: GridSpec) -> None:
-        """From points (n, 3), metres, world, that fill the obstacles."""
-        self.shape = shape
+    def __init__(self, mask_at: Callable[[float], Mask], obstacle_points: FloatArray, spec: GridSpec) -> None:
+        """From points (n, 3), metres, world, that fill the obstacles.
+
+        Args:
+            mask_at: the robot's cells at any heading, rad.
+            obstacle_points: points (n, 3), metres, world, that fill the obstacles.
+            spec: the grid.
+        """
         self.spec = spec
+        self._mask_at = mask_at
         cells = spec.cells_inside(obstacle_points)
-        obstacles = dilated(columns_from_cells(cells, spec.shape[:2]), spec.shape[2], MARGIN_CELLS)
-        self.free: BoolArray = np.stack([_free(cells, obstacles, spec) for cells in shape.cells])
+        self._obstacles = dilated(columns_from_cells(cells, spec.shape[:2]), spec.shape[2], MARGIN_CELLS)
+        self._free: Dict[int, BoolArray] = {}
+        self._images: Dict[Configuration, ColumnImage] = {}
 
-    def reachable(self, column: Tuple[int, int], heading: int) -> BoolArray:
-        """Configurations (HEADINGS, gx, gy) that a robot at this configuration can get to; none when it is not free."""
-        if not (self.spec.contains((*column, 0)) and self.free[heading][column]):
-            return np.zeros_like(self.free)
-        # Two copies side by side join the last heading to the first.
-        twice = np.concatenate([self.free, self.free])
-        labels, _ = ndimage.label(twice, structure=_NEIGHBOURS)
-        reached: BoolArray = np.zeros_like(self.free)
-        reached[heading][column] = True
+    def free_at(self, yaw_rad: float) -> BoolArray:
+        """Columns (gx, gy) where the robot may be at a heading."""
+        key = round(wrap_angle(yaw_rad) / SAME_HEADING_RAD)
+        if key not in self._free:
+            self._free[key] = _free(self._mask_at(yaw_rad).cells, self._obstacles, self.spec)
+        return self._free[key]
+
+    def reachable(self, column: Column, yaw_rad: float, turns_deg: Sequence[float]) -> Reached:
+        """What a robot that makes these turns can get to from a configuration; nothing when that is not free."""
+        headings = _headings(yaw_rad, turns_deg)
+        reached = np.zeros((len(headings), *self.spec.shape[:2]), dtype=bool)
+        if not (self.spec.contains((*column, 0)) and self.free_at(yaw_rad)[column]):
+            return Reached(headings, reached)
+        fields = [ndimage.label(self.free_at(heading))[0] for heading in headings]
+        turns = self._turns(headings, turns_deg)
+        reached[0][column] = True
         while True:
-            doubled = np.concatenate([reached, reached])
-            inflated = np.isin(labels, np.unique(labels[doubled])) & twice
-            merged = inflated[:HEADINGS] | inflated[HEADINGS:]
-            if np.array_equal(merged, reached):
-                return reached
-            reached = merged
+            there = [np.isin(field, np.unique(field[at])) & (field > 0) for field, at in zip(fields, reached)]
+            turned = np.stack(there)
+            for i, j, free in turns:
+                turned[j] |= there[i] & free
+            if np.array_equal(turned, reached):
+                return Reached(headings, reached)
+            reached = turned
+
+    def _turns(self, headings: Sequence[float], turns_deg: Sequence[float]) -> List[Tuple[int, int, BoolArray]]:
+        """Turns from a heading to another, by index, and the columns (gx, gy) where nothing is in the way of one."""
+        turns = []
+        for i, heading in enumerate(headings):
+            for turn in (math.radians(angle) for angle in turns_deg if angle):
+                end = wrap_angle(heading + turn)
+                j = next((j for j, other in enumerate(headings) if _same(other, end)), i)
+                between = np.linspace(0.0, turn, math.ceil(abs(turn) / LOOK_RAD - 1e-9) + 1)
+                free: BoolArray = np.all([self.free_at(heading + angle) for angle in between.tolist()], axis=0)
+                turns.append((i, j, free))
+        return turns
+
+    def compatible(self, one: Sequence[Configuration], other: Sequence[Configuration]) -> bool:
+        """Whether two robots can be at one configuration of each list, the margin between them."""
+        images = [self._image(configuration) for configuration in other]
+        for configuration in one:
+            inflated = dilated(self._image(configuration), self.spec.shape[2], MARGIN_CELLS)
+            if any(not np.any(inflated & image) for image in images):
+                return True
+        return False
+
+    def _image(self, configuration: Configuration) -> ColumnImage:
+        """Column image of the robot; cells outside the grid are left out."""
+        if configuration not in self._images:
+            yaw_rad, column = configuration
+            cells = self._mask_at(yaw_rad).cells + np.array([column[0], column[1], 0])
+            image = columns_from_cells(cells[self.spec.contains(cells)], self.spec.shape[:2])
+            self._images[configuration] = image
+        return self._images[configuration]
 
 
-def _neighbourhood() -> npt.NDArray[np.int64]:
-    """Same heading: 8 neighbours; same column: the two next headings."""
-    structure = np.zeros((3, 3, 3), dtype=np.int64)
-    structure[1] = 1
-    structure[:, 1, 1] = 1
-    return structure
+def _same(one_rad: float, other_rad: float) -> bool:
+    return abs(wrap_angle(one_rad - other_rad)) < SAME_HEADING_RAD
 
 
-_NEIGHBOURS = _neighbourhood()
+def _headings(yaw_rad: float, turns_deg: Sequence[float]) -> Tuple[float, ...]:
+    """Every heading that repeated turns lead to, the present one first."""
+    found = [yaw_rad]
+    for heading in found:
+        for turn in turns_deg:
+            new = wrap_angle(heading + math.radians(turn))
+            if len(found) < MOST_HEADINGS and not any(_same(new, known) for known in found):
+                found.append(new)
+    return tuple(found)
 
 
 def _free(cells: IntArray, obstacles: ColumnImage, spec: GridSpec) -> BoolArray:
@@ -141,23 +176,6 @@ def _free(cells: IntArray, obstacles: ColumnImage, spec: GridSpec) -> BoolArray:
         blocked |= (shifted(obstacles, -int(dx), -int(dy)) & mask) != 0
         blocked |= shifted(inside, -int(dx), -int(dy)) == 0
     return ~blocked
-
-
-def compatible(
-    shape: RobotShape, spec: GridSpec, one: List[Tuple[int, Tuple[int, int]]], other: List[Tuple[int, Tuple[int, int]]]
-) -> bool:
-    """Whether two robots can stand at one configuration of each list, with the margin between them."""
-    images = [shape.image_at(heading, column, spec) for heading, column in other]
-    for heading, column in one:
-        inflated = dilated(shape.image_at(heading, column, spec), spec.shape[2], MARGIN_CELLS)
-        if any(not np.any(inflated & image) for image in images):
-            return True
-    return False
-
-
-def configurations_at(reached: BoolArray, column: Tuple[int, int]) -> List[Tuple[int, Tuple[int, int]]]:
-    """Reached configurations of a column: (heading index, column)."""
-    return [(int(heading), column) for heading in np.nonzero(reached[:, column[0], column[1]])[0]]
 
 
 def pairs(names: Iterable[str]) -> Iterable[Tuple[str, str]]:

@@ -1,67 +1,19 @@
-"""Bodies of the world: what a body is made of, and loading it into PyBullet."""
+"""Loading bodies into PyBullet."""
 
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
+from typing import List, Sequence
 
 import numpy as np
 import numpy.typing as npt
 import pybullet
 
 from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
-from yarm.geometry.urdf import LinkSolid, UrdfError, UrdfModel, expand_xacro, parse_urdf
-from yarm.resources import resource
 
 FRICTION = {"wheel": 1.0, "caster": 0.0, "floor": 1.0, "debris": 0.7, "table": 0.7, "part": 0.7, "sander": 0.2}
 """Lateral friction by link name or its ending; PyBullet multiplies the two of a contact."""
-
-
-@dataclass(frozen=True, eq=False)
-class FramedSolid:
-    """A known solid fixed to a tf frame: pose of its centre in that frame (4, 4), metres."""
-
-    frame: str
-    solid: LinkSolid
-    T_frame_solid: FloatArray
-
-
-@dataclass(eq=False)
-class Body:
-    """One object of the cell.
-
-    Attributes:
-        name: unique name.
-        kind: "Mobile", "Manipulator", "Debris", "Target" or "Obstacle".
-        dynamic: whether it can move.
-        seed_frame: tf frame of its seed.
-        link_frames: tf frames of its rigid links.
-        solids: its known solids, each in one of those frames.
-        uids: its PyBullet bodies; none for a target.
-        static_frames: frames that never move: T_world_frame (4, 4).
-        registered: whether anybody is told of it; what is not can only be seen.
-    """
-
-    name: str
-    kind: str
-    dynamic: bool
-    seed_frame: str
-    link_frames: Tuple[str, ...]
-    solids: Tuple[FramedSolid, ...] = ()
-    uids: Tuple[int, ...] = ()
-    static_frames: Dict[str, FloatArray] = field(default_factory=dict)
-    registered: bool = True
-
-
-@lru_cache(maxsize=None)
-def description(file: str, part: str = "", system: str = "cell", hand: bool = False) -> Tuple[str, UrdfModel]:
-    """URDF text and content of a file in a folder of urdf/, with the xacro arguments ``part`` and ``hand`` if given."""
-    words = {**({"part": part} if part else {}), **({"hand": "true"} if hand else {})}
-    text = expand_xacro(resource("urdf", system, file), **words)
-    return text, parse_urdf(text)
 
 
 def open_engine(steps_per_second: int, gui: bool = False) -> int:
@@ -75,21 +27,6 @@ def open_engine(steps_per_second: int, gui: bool = False) -> int:
         physicsClientId=client,
     )
     return client
-
-
-def rigid_solids(model: UrdfModel) -> Tuple[Tuple[LinkSolid, FloatArray], ...]:
-    """The solids of a thing in one piece, each with its pose (4, 4) in the root link's frame.
-
-    Raises:
-        UrdfError: the thing has no solids, or joints that move.
-    """
-    if not model.solids or model.moving_joints:
-        moving = ", ".join(joint.name for joint in model.moving_joints) or "none"
-        raise UrdfError(
-            f"{model.name}: must be one rigid thing with collision solids; "
-            f"it has {len(model.solids)}, and joints that move: {moving}"
-        )
-    return tuple((solid, model.rigid_group(solid.link)[1] @ solid.pose) for solid in model.solids)
 
 
 def load_urdf(

@@ -16,12 +16,13 @@ from yarm.geometry.urdf import LinkSolid
 from yarm.params import param
 from yarm.robots import turtlebot
 from yarm.robots.turtlebot import Bumper, BumperEvent
-from yarm.sim.engine.bodies import FramedSolid, link_names, load_box, load_floor, open_engine
+from yarm.sim.engine.bodies import link_names, load_box, load_floor, open_engine
 from yarm.sim.engine.contacts import FLOOR, ContactLog
 from yarm.sim.kinematic.wheel_odometry import EXACT, TYPICAL, WheelOdometry
 from yarm.sim.robots.bumper import BumperLogic
 from yarm.sim.robots.turtlebot import TurtleBot
 from yarm.sim.scenes.arena import Arena, Block, BlockKind
+from yarm.sim.scenes.bodies import FramedSolid
 from yarm.sim.sensors.noise import FloatImage
 from yarm.sim.sensors.room_eye import RoomEye
 

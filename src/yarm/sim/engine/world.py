@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import itertools
 import logging
+import math
 from dataclasses import dataclass, replace
 from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 import pybullet
 
-from yarm.geometry import FloatArray, transform_matrix
+from yarm.geometry import STRAY, FloatArray, transform_matrix
 from yarm.geometry.kinds import GOAL_KINDS, ContactKind, ObjectKind
 from yarm.params import param
 from yarm.robots import bin as bins
-from yarm.sim.engine.bodies import Body, com_offset, link_names, load_floor, open_engine
+from yarm.sim.engine.bodies import com_offset, link_names, load_floor, open_engine
 from yarm.sim.engine.contacts import FLOOR, Contact, ContactLog
-from yarm.sim.engine.things import SpawnError, fixture_body, thing_body
+from yarm.sim.engine.things import fixture_body, thing_body
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.arm import Arm
 from yarm.sim.robots.hand import SuctionHand
+from yarm.sim.scenes.bodies import Body, SpawnError
 from yarm.sim.scenes.events import PUSH_SPEED_MPS
 from yarm.sim.scenes.scene import Scene
 from yarm.sim.scenes.specs import ThingSpec
@@ -31,6 +33,8 @@ STEPS_PER_TICK = 4
 TICK_S = STEPS_PER_TICK / STEPS_PER_SECOND
 AT_REST_MPS = 0.01
 """Debris slower than this is at rest."""
+STRAY_REACH_M = 0.3
+"""A piece that nobody registered is the one that perception means when it is so near, metres."""
 OVERLAP_M = 0.002
 """A body put into the cell may overlap another by this much (things at rest do), metres."""
 
@@ -214,6 +218,32 @@ class SimWorld:
         within = (spec.name for spec in self.scene.bins if bins.inside(self._in_bin(spec.name, middle)))
         return next(within, "")
 
+    def meant(self, goal: str, robot: str) -> str:
+        """Name of the body that a robot's goal is.
+
+        Debris that perception named is what the robot holds, else the piece that nobody registered nearest to its tip.
+        """
+        hand = self.hands.get(robot)
+        held = hand.held_uid if hand is not None and goal.startswith(STRAY) else None
+        on_hand = next((body.name for body in self.bodies.values() if held in body.uids), "")
+        return on_hand or (goal if robot not in self.robots else self.named(goal, self.seed_xy()[robot]))
+
+    def named(self, name: str, xy: Tuple[float, float]) -> str:
+        """Name of a body here: what perception calls debris_auto_<n> is the unregistered piece nearest to a place.
+
+        Args:
+            name: as perception has it.
+            xy: where it is, metres, world.
+        """
+        places = self.seed_xy() if name.startswith(STRAY) and name not in self.bodies else {}
+        strays = {
+            body.name: math.dist(xy, places[body.name])
+            for body in (self.bodies.values() if places else ())
+            if body.kind == ObjectKind.DEBRIS and not body.registered
+        }
+        nearest = min(strays, key=lambda stray: strays[stray], default=name)
+        return nearest if strays.get(nearest, math.inf) <= STRAY_REACH_M else name
+
     def clearances(self) -> List[ClearanceReading]:
         """Least distance between each robot (and arm) and everything it must not touch."""
         return [self._clearance(name) for name in (*self.robots, *self.arms)]
@@ -304,11 +334,10 @@ class SimWorld:
         for fixture in self.scene.placed_fixtures:
             self._add(fixture_body(self._client, fixture))
         for robot in self.scene.robots:
-            hand = self._hands or robot.has_hand
-            self.robots[robot.name] = Ankurbot(self._client, robot.name, robot.x, robot.y, robot.heading_rad, hand)
+            self.robots[robot.name] = Ankurbot(self._client, robot, self._hands)
             self._add(self.robots[robot.name].body)
         for arm in self.scene.arms:
-            built = Arm(self._client, arm.name, arm.tucked, arm.station)
+            built = Arm(self._client, arm)
             (self._tucked if arm.tucked else self.arms)[arm.name] = built
             self._add(built.body)
         for thing in self.scene.things:

@@ -9,8 +9,10 @@ import numpy as np
 import pybullet
 
 from yarm.geometry import FloatArray, transform_matrix
-from yarm.sim.engine.bodies import description, load_box, load_floor, load_urdf, open_engine
+from yarm.robots.youbot import NAME
+from yarm.sim.engine.bodies import load_box, load_floor, load_urdf, open_engine
 from yarm.sim.robots.youbot import Youbot
+from yarm.sim.scenes.bodies import description
 from yarm.sim.scenes.youbot_floor import FloorScene
 
 STEPS_PER_SECOND = 240
@@ -68,7 +70,7 @@ class YoubotFloor:
         pybullet.stepSimulation(physicsClientId=self.client)
         self._steps += 1
         for link, body, force in self.robot.touching():
-            key = (link, self._names.get(body, "youbot"))
+            key = (link, self._names.get(body, NAME))
             self.touched[key] = max(self.touched.get(key, 0.0), force)
 
     def piece(self, name: str) -> FloatArray:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, List, Tuple
 
 import numpy as np
 import pybullet
 
 from yarm.geometry import FloatArray, transform_matrix, wrap_angle
-from yarm.geometry.kinds import ObjectKind
-from yarm.geometry.urdf import UrdfModel
-from yarm.robots.ankurbot import CASTERS, LIFT_JOINT, WHEEL_RADIUS_M
-from yarm.sim.engine.bodies import Body, FramedSolid, com_offset, description, link_names, load_urdf
+from yarm.robots.ankurbot import CASTERS, LIFT_JOINT, LIFT_LINKS, WHEEL_RADIUS_M
+from yarm.sim.engine.bodies import com_offset, link_names, load_urdf
 from yarm.sim.robots.drive import wheel_speeds
 from yarm.sim.robots.errors import CommandError
-from yarm.sim.robots.hand import SuctionHand
+from yarm.sim.robots.hand import LIFT_SHARES, SuctionHand
 from yarm.sim.robots.wheels import Wheels
+from yarm.sim.scenes.bodies import ankurbot_description, mobile_body
+from yarm.sim.scenes.specs import RobotSpec
 
 CASTER_TORQUE_NM = 50.0
 CASTER_SPEED_RPS = 12.0
@@ -37,27 +37,25 @@ class CasterReading:
 class Ankurbot:
     """Four steered, driven casters under a body with a fixed arm. Moves only through its wheels."""
 
-    def __init__(self, client: int, name: str, x: float, y: float, heading_rad: float, hand: bool = False) -> None:
-        """Put the robot on the floor at its body centre x, y, metres, with the arm along ``heading_rad``.
+    def __init__(self, client: int, spec: RobotSpec, hands: bool = False) -> None:
+        """Put the robot on the floor.
 
         Args:
             client: PyBullet's number of the world.
-            name: unique name.
-            x: metres, world.
-            y: likewise.
-            heading_rad: of the arm.
-            hand: its arm is raised and carries a hand, drawn up.
+            spec: which, where, with its arm in which direction.
+            hands: it carries a hand, drawn up, whatever its type.
         """
-        text, model = description("ankurbot.urdf.xacro", hand=hand)
+        hand = hands or spec.has_hand
+        text, model = ankurbot_description(hand)
         self._client = client
-        self.uid = load_urdf(client, text, (x, y, 0.0), heading_rad, fixed=False)
+        self.uid = load_urdf(client, text, (spec.x, spec.y, 0.0), spec.heading_rad, fixed=False)
         self._T_com_root = np.linalg.inv(com_offset(client, self.uid))
         names = link_names(client, self.uid)
         self._casters = [names.index(f"{caster}_caster") for caster in CASTERS]
         self._wheel_joints = [names.index(f"{caster}_wheel") for caster in CASTERS]
         self._T_base_ee = model.rigid_group("ee")[1]
         self.reach_m = float(self._T_base_ee[0, 3])
-        self.body = _mobile_body(name, self.uid, model)
+        self.body = replace(mobile_body(spec, hands), uids=(self.uid,))
         self._set_points = np.zeros(4)
         self._drive = (0.0, 0.0)
         self.hand = SuctionHand(client, self.uid, names, model) if hand else None
@@ -133,8 +131,14 @@ class Ankurbot:
         """T_world_frame (4, 4) of its frames."""
         position, quaternion = pybullet.getBasePositionAndOrientation(self.uid, physicsClientId=self._client)
         T_world_base = transform_matrix(position, quaternion) @ self._T_com_root
-        name = self.body.name
-        return {f"{name}/base_link": T_world_base, f"{name}/ee": T_world_base @ self._T_base_ee}
+        name, T_world_ee = self.body.name, T_world_base @ self._T_base_ee
+        frames = {f"{name}/base_link": T_world_base, f"{name}/ee": T_world_ee}
+        if self.hand is not None:
+            down_m = self.hand.lift_m
+            for link, height_m in LIFT_LINKS.items():
+                frames[f"{name}/{link}"] = T_world_link = T_world_ee.copy()
+                T_world_link[:3, 3] += (height_m - LIFT_SHARES[link] * down_m) * T_world_ee[:3, 2]
+        return frames
 
     def _steer_motor(self, index: int) -> None:
         pybullet.setJointMotorControl2(
@@ -146,17 +150,3 @@ class Ankurbot:
             maxVelocity=CASTER_SPEED_RPS,
             physicsClientId=self._client,
         )
-
-
-def _mobile_body(name: str, uid: int, model: UrdfModel) -> Body:
-    """Body whose solids, wheels too (balls: their turning changes nothing), are all in base_link."""
-    base = f"{name}/base_link"
-    solids = []
-    for solid in model.solids:
-        pose = solid.pose
-        link = solid.link
-        while link != "base_link":
-            joint = next(j for j in model.joints.values() if j.child == link)
-            pose, link = joint.T_parent_child @ pose, joint.parent
-        solids.append(FramedSolid(base, solid, pose))
-    return Body(name, ObjectKind.MOBILE, True, f"{name}/ee", (base, f"{name}/ee"), tuple(solids), (uid,))

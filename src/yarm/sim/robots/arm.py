@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 import pybullet
 
-from yarm.geometry import FloatArray, quaternion_from_rpy, transform_matrix
-from yarm.geometry.kinds import ObjectKind
-from yarm.geometry.urdf import UrdfModel
-from yarm.robots.hc10 import AT_ORIGIN, Station
-from yarm.sim.engine.bodies import Body, FramedSolid, description, link_names, load_urdf
+from yarm.geometry import FloatArray, transform_matrix
+from yarm.sim.engine.bodies import link_names, load_urdf
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.joint_path import JointLimits, JointPath
+from yarm.sim.scenes.bodies import TOOL_FRAMES, arm_body, description
+from yarm.sim.scenes.specs import ArmSpec
 
 BRAKE_S = 0.2
 """An arm that nobody watches over is brought to rest in this time, s."""
-TOOL_FRAMES = ("tool0", "sander_tip", "wrist_camera_optical_frame")
 
 
 class Arm:
     """The HC10: six position-controlled joints that follow streamed trajectories."""
 
-    def __init__(self, client: int, name: str, tucked: bool = False, station: Station = AT_ORIGIN) -> None:
-        """Bolt the arm to its stand in its storage pose.
-
-        Args:
-            client: PyBullet's number of the world.
-            name: unique name.
-            tucked: it stays so (see ArmSpec).
-            station: where its stand is.
-        """
+    def __init__(self, client: int, spec: ArmSpec) -> None:
+        """Bolt the arm to its stand in its storage pose; ``client`` is PyBullet's number of the world."""
+        station = spec.station
         text, self._model = description("hc10.urdf.xacro")
         self._client = client
         self.station = station
@@ -47,9 +40,8 @@ class Arm:
         self.limits = JointLimits(
             *(np.array([getattr(joint, key) for joint in joints]) for key in ("lower", "upper", "velocity"))
         )
-        self._T_world_base = transform_matrix(station.base_xyz, quaternion_from_rpy(0.0, 0.0, station.yaw_rad))
         self._tools = [(tool, *self._model.rigid_group(tool)) for tool in TOOL_FRAMES]
-        self.body = _arm_body(name, self.uid, self._model, self._T_world_base, tucked)
+        self.body = replace(arm_body(spec), uids=(self.uid,))
         self.place(station.folded)
 
     def place(self, joints: Sequence[float]) -> None:
@@ -120,23 +112,3 @@ class Arm:
             positionGains=[0.2] * len(self._links),
             physicsClientId=self._client,
         )
-
-
-def _arm_body(name: str, uid: int, model: UrdfModel, T_world_base: FloatArray, tucked: bool) -> Body:
-    """Body whose solids are in the frame of the moving link that carries them."""
-    solids = []
-    for solid in model.solids:
-        link, T_group_link = model.rigid_group(solid.link)
-        solids.append(FramedSolid(f"{name}/{link}", solid, T_group_link @ solid.pose))
-    frames = ("base_link", *(joint.child for joint in model.moving_joints), "tool0")
-    base = f"{name}/base_link"
-    return Body(
-        name,
-        ObjectKind.OBSTACLE if tucked else ObjectKind.MANIPULATOR,
-        not tucked,
-        f"{name}/tool0",
-        tuple(f"{name}/{frame}" for frame in frames),
-        tuple(solids),
-        (uid,),
-        {base: T_world_base},
-    )

@@ -11,10 +11,11 @@ import pybullet
 from yarm.geometry import FloatArray, Pose2, transform_matrix, wrap_angle
 from yarm.robots import turtlebot
 from yarm.robots.turtlebot import Bumper
-from yarm.sim.engine.bodies import com_offset, description, link_names, load_urdf
+from yarm.sim.engine.bodies import com_offset, link_names, load_urdf
 from yarm.sim.robots.bumper import Point, pressed_sectors
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.wheels import Wheels
+from yarm.sim.scenes.bodies import description
 
 BODY = -1
 """PyBullet's number of base_link, the root."""

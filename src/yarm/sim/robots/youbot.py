@@ -15,9 +15,10 @@ import pybullet
 
 from yarm.geometry import FloatArray, Pose2, transform_matrix
 from yarm.robots.youbot import JOINT_NAMES, mechanical_angles, urdf_angles, urdf_rates
-from yarm.sim.engine.bodies import description, link_names, load_urdf, set_root_pose
+from yarm.sim.engine.bodies import link_names, load_urdf, set_root_pose
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.suction import SuctionCup
+from yarm.sim.scenes.bodies import description
 
 FASTEST_MPS, FASTEST_RADPS = 0.5, 1.0
 SLIP = (0.02, 0.10, 0.05)

@@ -14,7 +14,16 @@ from yarm.robots import bin as bins
 from yarm.robots.ankurbot import EE_HEIGHT_M
 from yarm.robots.hc10 import AT_ORIGIN, N_JOINTS, NAME, STATION_FIXTURES, Station
 from yarm.sim.scenes.events import Event, read_events
-from yarm.sim.scenes.specs import HALF_CELL_M, ROBOT_TYPES, ArmSpec, FixtureSpec, RobotSpec, ThingSpec
+from yarm.sim.scenes.specs import (
+    DRAWN,
+    HALF_CELL_M,
+    NOT_DRAWN,
+    ROBOT_TYPES,
+    ArmSpec,
+    FixtureSpec,
+    RobotSpec,
+    ThingSpec,
+)
 from yarm.sim.scenes.variation import Vary, read_vary, vary_layout
 from yarm.yaml_fields import Faults, Fields, SceneError, load_yaml
 
@@ -66,6 +75,16 @@ class Scene:
     def working_arms(self) -> Tuple[str, ...]:
         """Names of the manipulators that are not tucked away."""
         return tuple(arm.name for arm in self.arms if not arm.tucked)
+
+    @property
+    def all_things(self) -> Tuple[ThingSpec, ...]:
+        """Debris, targets and obstacles, those too that events bring."""
+        return (*self.things, *(event.spawn for event in self.events if event.spawn is not None))
+
+    @property
+    def has_stray_debris(self) -> bool:
+        """Whether there is debris that nobody registers, from the start or by an event."""
+        return any(thing.kind == ObjectKind.DEBRIS and not thing.registered for thing in self.all_things)
 
     def fixtures_of(self, arm: str) -> Tuple[FixtureSpec, ...]:
         """Table and stand of a manipulator; the first one's carry the plain names, the others' the arm's as well."""
@@ -127,6 +146,11 @@ def with_layout(scene: Scene, seed: int) -> Scene:
     return replace(scene, robots=robots, things=things, events=events)
 
 
+def without_shapes(scene: Scene) -> Scene:
+    """The scene with mobile robots whose shapes nobody is told."""
+    return replace(scene, robots=tuple(replace(robot, drawn=False) for robot in scene.robots))
+
+
 def scene_from(raw: object, file: str) -> Scene:
     """A scene from plain values; ``file`` is named in messages.
 
@@ -172,6 +196,7 @@ def _robot(fields: Fields) -> RobotSpec:
         x=fields.number("x", -HALF_CELL_M, HALF_CELL_M, "m"),
         y=fields.number("y", -HALF_CELL_M, HALF_CELL_M, "m"),
         heading_rad=_angle(fields, "heading_deg", None),
+        drawn=not fields.has("shapes") or fields.text("shapes", choices=(DRAWN, NOT_DRAWN)) == DRAWN,
     )
     fields.finish()
     return spec
@@ -243,7 +268,7 @@ def _thing(fields: Fields, kind: str, default_z: Optional[float]) -> ThingSpec:
         z=fields.number("z", 0.0, TOP_M, "m", default_z),
         yaw_rad=_angle(fields, "yaw_deg", 0.0),
         size=fields.numbers("size", 3, 0.01, 5.0) if kind == ObjectKind.OBSTACLE and not model else (),
-        registered=fields.flag("registered", default=True) if kind == ObjectKind.OBSTACLE else True,
+        registered=fields.flag("registered", default=True) if kind != ObjectKind.TARGET else True,
         model=model,
     )
     fields.finish()

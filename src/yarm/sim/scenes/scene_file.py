@@ -10,7 +10,7 @@ import yaml
 from yarm.geometry.kinds import ObjectKind
 from yarm.sim.scenes.events import Event, Trigger
 from yarm.sim.scenes.scene import Scene
-from yarm.sim.scenes.specs import ThingSpec
+from yarm.sim.scenes.specs import NOT_DRAWN, RobotSpec, ThingSpec
 
 DIGITS = 6
 LISTS = {ObjectKind.DEBRIS: "debris", ObjectKind.TARGET: "targets", ObjectKind.OBSTACLE: "obstacles"}
@@ -22,7 +22,7 @@ def scene_text(scene: Scene) -> str:
     Raises:
         ValueError: it has something else, which would be lost.
     """
-    things = [*scene.things, *(event.spawn for event in scene.events if event.spawn is not None)]
+    things = scene.all_things
     elsewhere = any(arm.station.pose[:2, 3].any() for arm in scene.arms)
     if scene.vary is not None or scene.bins or elsewhere or any(thing.model for thing in things):
         raise ValueError(f"{scene.name}: bins, ranges to vary, models and stations elsewhere are not written")
@@ -31,10 +31,7 @@ def scene_text(scene: Scene) -> str:
         "about": scene.about,
         "seed": scene.seed,
         "fixtures": list(scene.fixtures),
-        "robots": [
-            {"name": r.name, "type": r.type, "x": _m(r.x), "y": _m(r.y), "heading_deg": _deg(r.heading_rad)}
-            for r in scene.robots
-        ],
+        "robots": [_robot(robot) for robot in scene.robots],
         "manipulators": [{"name": a.name, "type": a.type, "tucked": a.tucked} for a in scene.arms],
     }
     for kind, key in LISTS.items():
@@ -52,12 +49,19 @@ def _deg(angle_rad: float) -> float:
     return round(math.degrees(angle_rad), DIGITS)
 
 
+def _robot(robot: RobotSpec) -> Dict[str, Any]:
+    place = {"x": _m(robot.x), "y": _m(robot.y), "heading_deg": _deg(robot.heading_rad)}
+    return {"name": robot.name, "type": robot.type, **place, **({} if robot.drawn else {"shapes": NOT_DRAWN})}
+
+
 def _thing(thing: ThingSpec) -> Dict[str, Any]:
     values: Dict[str, Any] = {"name": thing.name, "x": _m(thing.x), "y": _m(thing.y), "z": _m(thing.z)}
     values["yaw_deg"] = _deg(thing.yaw_rad)
     if thing.kind == ObjectKind.OBSTACLE:
         values["size"] = [_m(length) for length in thing.size]
         values["registered"] = thing.registered
+    elif not thing.registered:
+        values["registered"] = False
     return values
 
 

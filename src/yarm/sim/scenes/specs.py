@@ -15,17 +15,29 @@ HALF_CELL_M = GridSpec().upper[0]
 WITH_HAND = "ankurbot_hand"
 """The type of robot that carries a hand."""
 ROBOT_TYPES = ("ankurbot", WITH_HAND)
+DRAWN, NOT_DRAWN = "drawn", "none"
+"""What a scene says of a robot's shapes: whether perception is told them."""
 
 
 @dataclass(frozen=True)
 class RobotSpec:
-    """A mobile robot at its start: body centre on the floor, metres, and heading of its arm, rad."""
+    """A mobile robot at its start.
+
+    Attributes:
+        name: unique name.
+        type: one of ROBOT_TYPES.
+        x: body centre on the floor, metres, world.
+        y: likewise.
+        heading_rad: of its arm.
+        drawn: perception is told its shapes; else it has to learn them in calibration.
+    """
 
     name: str
     type: str
     x: float
     y: float
     heading_rad: float
+    drawn: bool = True
 
     @property
     def has_hand(self) -> bool:
@@ -77,7 +89,7 @@ class ThingSpec:
         z: centre, metres, world.
         yaw_rad: heading, rad.
         size: obstacles that are boxes: along x, y, z, metres; else empty.
-        registered: obstacles: whether anybody is told of it, or it can only be seen.
+        registered: debris and obstacles: whether anybody is told of it, or it can only be seen.
         model: file of the description (URDF or xacro) it is drawn from; empty for the package's debris or a box.
     """
 

@@ -15,12 +15,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import List, Tuple
+from typing import Dict, List, Tuple
 
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2, quaternion_from_rpy, transform_matrix
+from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.solids import Shape, Solid
+from yarm.geometry.urdf import LinkSolid
+from yarm.robots.youbot import NAME
+from yarm.sim.scenes.bodies import DEBRIS_FILE, Body, FramedSolid, description, rigid_solids
 from yarm.yaml_fields import Faults, Fields, load_yaml
 
 HALF_M = 2.5
@@ -99,6 +103,47 @@ class FloorScene:
             for piece in self.debris
         ]
         return replace(self, debris=tuple(moved))
+
+
+BASE_FRAME, CUP_FRAME = "base_link", "suction_cup"
+"""Frames of the base's middle and of the cup."""
+
+
+def floor_bodies(scene: FloorScene) -> Tuple[Body, ...]:
+    """Robot, debris and whatever stands firm; the robot's frames are its links, another body's has its name."""
+    _, robot = description("youbot.urdf.xacro", system="manipulation")
+    own = tuple(FramedSolid(solid.link, solid, solid.pose) for solid in robot.solids)
+    links = tuple(dict.fromkeys(item.frame for item in own))
+    debris = rigid_solids(description(DEBRIS_FILE)[1])
+    firm: Dict[str, List[Solid]] = {}
+    for name, solid in scene.boxes():
+        firm.setdefault(name, []).append(solid)
+    return (
+        Body(NAME, ObjectKind.MOBILE, True, BASE_FRAME, links, own),
+        *(
+            Body(
+                piece.name,
+                ObjectKind.DEBRIS,
+                True,
+                piece.name,
+                (piece.name,),
+                tuple(FramedSolid(piece.name, solid, pose) for solid, pose in debris),
+            )
+            for piece in scene.debris
+        ),
+        *(_firm_body(name, solids) for name, solids in firm.items()),
+    )
+
+
+def _firm_body(name: str, solids: List[Solid]) -> Body:
+    """A body whose frame is that of its first solid."""
+    T_frame_world = np.linalg.inv(solids[0].pose)
+    framed = tuple(
+        FramedSolid(name, LinkSolid(solid.shape, solid.size, np.eye(4), name), T_frame_world @ solid.pose)
+        for solid in solids
+    )
+    fixed = {name: solids[0].pose}
+    return Body(name, ObjectKind.OBSTACLE, False, name, (name,), framed, static_frames=fixed)
 
 
 def load_floor_scene(path: Path) -> FloorScene:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from yarm.geometry import FloatArray, IntArray
 from yarm.geometry.solids import Shape
-from yarm.sim.engine.bodies import FramedSolid
+from yarm.sim.scenes.bodies import FramedSolid
 from yarm.sim.sensors.noise import FloatImage
 
 ColourImage = npt.NDArray[np.uint32]

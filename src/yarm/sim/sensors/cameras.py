@@ -7,7 +7,7 @@ from typing import List, Mapping, Optional
 import numpy as np
 
 from yarm.geometry import FloatArray
-from yarm.sim.engine.bodies import Body, FramedSolid
+from yarm.sim.scenes.bodies import Body, FramedSolid
 from yarm.sim.sensors.camera_model import (
     CLOUD_DTYPE,
     KINECT,

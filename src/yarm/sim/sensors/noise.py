@@ -7,6 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from yarm.geometry.depth_noise import kinect_sigma
+
 FloatImage = npt.NDArray[np.float32]
 
 POOL_SIZE = 1 << 21
@@ -17,16 +19,14 @@ STEEPEST_RAD = math.radians(85.0)
 def axial_sigma(depth_m: FloatImage, incidence_cos: FloatImage) -> FloatImage:
     """Standard deviation, metres, of the depth of a surface.
 
-    sigma = 0.0012 + 0.0019 (z - 0.4)^2, and for surfaces seen at more than 60 deg from their normal (theta, taken as
-    at most 85 deg, where the formula still means something) + 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2: the axial
-    noise that C. V. Nguyen, S. Izadi and D. Lovell measured ("Modeling Kinect sensor noise for improved 3D
-    reconstruction and tracking", 3DIMPVT 2012).
+    That of ``kinect_sigma``, and for surfaces seen at more than 60 deg from their normal (theta, taken as at most 85
+    deg, where the formula still means something) + 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2, as measured there.
 
     Args:
         depth_m: depth along the optical axis z, metres, any shape.
         incidence_cos: cosine of the angle between the ray and the surface's normal, same shape.
     """
-    sigma = 0.0012 + 0.0019 * (depth_m - 0.4) ** 2
+    sigma = kinect_sigma(depth_m)
     theta = np.minimum(np.arccos(np.minimum(np.abs(incidence_cos), 1.0)), STEEPEST_RAD)
     grazing = 0.0001 / np.sqrt(np.maximum(depth_m, 0.1)) * theta**2 / (0.5 * math.pi - theta) ** 2
     result: FloatImage = (sigma + np.where(theta > GRAZING_RAD, grazing, 0.0)).astype(np.float32)

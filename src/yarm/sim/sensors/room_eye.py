@@ -11,7 +11,7 @@ import numpy as np
 from yarm.geometry import FloatArray, IntArray, quaternion_from_rpy, transform_matrix
 from yarm.geometry.scans import RangeArray, Scan
 from yarm.robots import turtlebot
-from yarm.sim.engine.bodies import FramedSolid
+from yarm.sim.scenes.bodies import FramedSolid
 from yarm.sim.sensors.camera_model import CameraModel, DepthImage, Rays, SolidSet
 from yarm.sim.sensors.cameras import best_rays
 from yarm.sim.sensors.noise import FloatImage, NormalPool

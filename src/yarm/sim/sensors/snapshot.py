@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import List, Sequence
 
@@ -11,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib import image
 
-from yarm.geometry import FloatArray, transform_matrix
+from yarm.geometry import FloatArray
 from yarm.geometry.kinds import ObjectKind
 from yarm.geometry.solids import Shape
 from yarm.geometry.urdf import LinkSolid
-from yarm.sim.engine.bodies import FramedSolid
 from yarm.sim.engine.world import SimWorld
-from yarm.sim.robots.hand import LIFT_SHARES
+from yarm.sim.scenes.bodies import FramedSolid
 from yarm.sim.scenes.specs import HALF_CELL_M
 from yarm.sim.sensors.camera_model import FAR, FLOOR_RGB, CameraModel, SolidSet, looking_at
 from yarm.sim.sensors.cameras import DepthCamera, best_rays
@@ -73,22 +71,13 @@ def save(world: SimWorld, path: Path) -> None:
 
 
 def _seen(world: SimWorld) -> List[FramedSolid]:
-    """What there is to see, hands as far down as they are (bodies have them drawn up)."""
-    items = [_lowered(world, body.name, item) for body in world.bodies.values() for item in body.solids]
+    """What there is to see."""
+    items = [item for body in world.bodies.values() for item in body.solids]
     for body in world.bodies.values():
         if body.kind == ObjectKind.TARGET:
             ball = LinkSolid(Shape.SPHERE, (0.05,), np.eye(4), body.name, TARGET_COLOUR)
             items.append(FramedSolid(body.name, ball, np.eye(4)))
     return items
-
-
-def _lowered(world: SimWorld, robot: str, item: FramedSolid) -> FramedSolid:
-    hand = world.hands.get(robot)
-    share = LIFT_SHARES.get(item.solid.link, 0.0)
-    if hand is None or not share:
-        return item
-    down = transform_matrix((0.0, 0.0, -share * hand.lift_m), (0.0, 0.0, 0.0, 1.0))
-    return replace(item, T_frame_solid=down @ item.T_frame_solid)
 
 
 def _floor_colours(points: FloatArray) -> FloatArray:

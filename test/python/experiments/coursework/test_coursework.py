@@ -50,8 +50,11 @@ def test_the_whole_demo_succeeds_and_leaves_pictures_and_a_summary(tmp_path: Pat
     assert (piece["1 pieces"], piece["by ground truth"]) == ("debris_2", "in the bin")
     assert together["most on the cup"].endswith(" N")
     assert f"film: {tmp_path / FILM}" in text
-    film = Film.read(tmp_path / FILM).index()["blocks"]
-    assert film[-1]["last_s"] == pytest.approx(float(together["by ground truth"].split()[0]), abs=1.0)
+    film = Film.read(tmp_path / FILM).index()
+    begun = {event["text"]: event["time_s"] for event in film["events"]}
+    assert begun["tour of 8 checkpoints"] == 0.0 < begun["among obstacles"] < begun["the floor"]
+    floor_s = film["blocks"][-1]["last_s"] - begun["the floor"]
+    assert floor_s == pytest.approx(float(together["by ground truth"].split()[0]), abs=1.0)
     rows = {row["method"]: row for row in summary["tasks"]["obstacle task, in physics"]}
     assert rows["yarm"]["reached"] == "5 of 5"
     assert rows["yarm"]["touches"] == "0"

@@ -6,8 +6,8 @@ from typing import List
 
 import numpy as np
 
-from yarm.experiments.explore.runner import TIMED_PASSES, run_kinematic
-from yarm.exploration.model import Command, Event, Observation, Step
+from yarm.experiments.explore.runner import STAND_S, TIMED_PASSES, run_kinematic
+from yarm.exploration.model import LOOP_S, Command, Event, Observation, Step
 from yarm.exploration.params import ExploreParams
 from yarm.geometry import Pose2
 from yarm.sim.scenes.arena import Arena, Block
@@ -62,6 +62,8 @@ def test_low_things_are_in_the_map_before_and_after_a_touch() -> None:
 def test_a_controller_that_is_done_ends_the_run() -> None:
     record = run_kinematic(ARENA, Straight(done_at=20), 1, PARAMS)
     assert record.done and record.end_s == 2.0 and record.reason == "that is all"
+    after = [row for row in record.path if row.t_s > 2.05]
+    assert len(after) == round(STAND_S / LOOP_S) - 1 and all(row.speed == 0.0 for row in after), "watched standing"
 
 
 def test_the_share_is_asked_for_once_a_second() -> None:

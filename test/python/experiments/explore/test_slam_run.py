@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import List
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from support.rooms import block, room
 from yarm.experiments.explore.runner import explore
 from yarm.experiments.explore.slam_run import MAP_S, SlamExplorer
+from yarm.exploration.driver import Driver, Drives
 from yarm.exploration.model import Command, Controller, Observation, Step
 from yarm.exploration.params import ExploreParams
 from yarm.geometry import Pose2
@@ -31,6 +33,22 @@ class Turning:
         self.seen.append(observation)
         done = len(self.seen) > self._done_at
         return Step(Command(self._v_mps, 0.5), "turn", done=done, reason="that is all" if done else "")
+
+
+class Leg:
+    """Drives to a pose of the world, by the driver of the explorers, and is done."""
+
+    def __init__(self, goal: Pose2) -> None:
+        self._goal, self._driver = ARENA.start.inverse().compose(goal), Driver(ExploreParams())
+
+    def step(self, observation: Observation) -> Step:
+        grid = self._driver.sense(observation)
+        driven = self._driver.step(observation)
+        if grid is None or observation.pose is None or driven.state is Drives.ARRIVED:
+            return Step(done=grid is not None, reason="there")
+        if driven.state in (Drives.IDLE, Drives.FAILED):
+            self._driver.go(self._driver.field(observation.pose, 0.01), grid.cell_of(self._goal.x, self._goal.y), None)
+        return Step(driven.command, "leg")
 
 
 def explored(controller: Controller, seed: int = 3, **limits: float):
@@ -72,6 +90,20 @@ def test_a_controller_that_is_done_ends_the_run_with_its_reason() -> None:
     assert record.done and record.reason == "that is all" and 8.0 <= record.end_s < 8.5
     record, _ = explored(Turning(done_at=5))
     assert record.done and record.reason.startswith("enclosed")
+
+
+def test_the_way_back_is_driven_round_what_is_low_and_the_run_ends_at_the_start() -> None:
+    """It drives off past the brick; the straight way back leads over it."""
+    world = KinematicWorld(ARENA, 3)
+    params = ExploreParams(time_limit_s=120.0, return_to_start=True)
+    explorer = SlamExplorer(world, params, lambda: Leg(Pose2(1.75, -0.1)))
+    record = explore(world, explorer, explorer, 3, params)
+    assert record.done and record.reason == "back at the start; there", record.reason
+    farthest = max(row.true_x for row in record.path)
+    end = record.path[-1]
+    assert farthest > ARENA.start.x + 1.5
+    assert math.hypot(end.true_x - ARENA.start.x, end.true_y - ARENA.start.y) < 0.2
+    assert all(touch.speed <= 0.1 for touch in record.touches), record.touches
 
 
 @pytest.mark.parametrize("map_s", [1.0, 5.0])

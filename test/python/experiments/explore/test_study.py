@@ -98,7 +98,7 @@ def test_pairs_are_of_the_same_arena() -> None:
 def test_the_table_has_a_row_for_each_variant() -> None:
     rows = table_rows([result("rooms_0", "yarm"), result("rooms_0", "report"), result("rooms_0", "report", "frontier")])
     assert [row[0] for row in rows] == ["yarm", "report", "report without frontier"]
-    assert rows[0][5] == "60 (60 to 60)" and rows[0][10] == "100 %, 100 %"
+    assert rows[0][5] == "60 (60 to 60)" and rows[0][10] == "100 % (34-100), 100 % (34-100)"
 
 
 def test_everything_is_written(tmp_path: Path) -> None:

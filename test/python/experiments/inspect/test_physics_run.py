@@ -11,7 +11,7 @@ import pytest
 from python.experiments.inspect_samples import only
 from yarm.experiments.inspect.measures import measure
 from yarm.experiments.inspect.physics_run import DRIVING, PLATFORM, run_physics_round
-from yarm.experiments.inspect.switches import Switches
+from yarm.experiments.inspect.switches import FAULTS_IN_PHYSICS, Switches
 from yarm.navigation import slam_native
 from yarm.navigation.move_base_params import MoveBaseParams
 from yarm.sim.scenes.layout_file import find_layout
@@ -49,7 +49,7 @@ def test_a_round_over_four_boxes() -> None:
 def test_home_is_taken_where_a_hand_has_put_it_when_it_is_taken_early_and_the_turns_are_lost() -> None:
     layout = only(make_layout("corridor", 0), (3,))
     plain = run_physics_round(layout, "report", 1)
-    early = run_physics_round(layout, "report", 1, Switches(home_early=True, turns_lost=True))
+    early = run_physics_round(layout, "report", 1, FAULTS_IN_PHYSICS["home taken early, turns lost"])
     assert any(order.doing == "spin" for order in plain.orders)
     assert not any(order.doing == "spin" for order in early.orders)
     homes = [next((o.x, o.y) for o in record.orders if o.stage == "home") for record in (plain, early)]

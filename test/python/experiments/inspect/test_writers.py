@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 from pathlib import Path
 from typing import Any, Dict, List
 
+import numpy as np
+import pytest
 import yaml
 
 from python.experiments.inspect_samples import SMALL, ours, report, told
+from yarm.experiments.inspect.record import LookRecord
 from yarm.experiments.inspect.writers import FILES, REPORT_FILES, write_inspection
 from yarm.experiments.run.writers import inspect_folder
-from yarm.inspection.model import UNKNOWN, UNSEEN
+from yarm.geometry import Pose2
+from yarm.inspection.model import PRINTED, REPORT, UNKNOWN, UNSEEN
+from yarm.tags.printed import CONNECTOR, TAG_FROM_1
+from yarm.tags.report import FOUND, Sighting
 
 
 def rows_of(path: Path) -> List[Dict[str, Any]]:
@@ -58,6 +65,24 @@ def test_the_report_leaves_its_own_files_in_its_own_spelling(tmp_path: Path) -> 
     assert len(rows) == 84 * 15 and {int(row["tag"]) for row in rows} == set(range(1, 16))
     kept = [row for row in rows if not row["rejection"]]
     assert kept and all(len(row["corners"].split()) == 8 and float(row["share"]) >= 0.1 for row in kept)
+
+
+@pytest.mark.parametrize(("controller", "tags"), [(REPORT, ["1", "3"]), (PRINTED, ["2", "3"])])
+def test_the_files_of_votes_hold_what_counts_by_the_rule_of_their_round(
+    controller: str, tags: List[str], tmp_path: Path
+) -> None:
+    """The text asks for a tenth of the tag's keypoints, the printed program for more than 33 good matches."""
+    corners = np.array([[200.0, 100.0], [400.0, 100.0], [400.0, 260.0], [200.0, 260.0]])
+    sightings = tuple(
+        Sighting(tag, 1, FOUND, 32000.0, share, corners, False, 300, good, (90.0,) * 4, 90.0, 32000.0, 90.0)
+        for tag, share, good in ((1, 0.12, 20), (2, 0.05, 40), (3, 0.3, 90), (4, 0.05, 20))
+    )
+    look = LookRecord(1.0, 1, Pose2(0.0, 0.0), np.zeros((480, 640), np.uint8), None, sightings, controller == PRINTED)
+    record = dataclasses.replace(told(SMALL, controller, {1: UNSEEN}), looks=(look,))
+    write_inspection(record, SMALL.arena, tmp_path)
+    lines = (tmp_path / "MapText.txt").read_text().splitlines()
+    assert [line.split()[TAG_FROM_1] for line in lines[:-1]] == tags and lines[-1] == CONNECTOR
+    assert (tmp_path / "LaserText.txt").read_text().splitlines() == lines[:-1]
 
 
 def test_what_went_wrong_is_in_the_summary(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Sequence
 
 import pytest
@@ -180,6 +181,8 @@ def test_a_scene_that_is_nobodys_case_makes_no_demands() -> None:
 
 def test_goals_that_events_bring_are_expected_too() -> None:
     assert expected_goals(load_scene("1m1ma")) == {"debris_1"}
+    unnamed = Path(__file__).parents[3] / "system" / "mission_unnamed.yaml"
+    assert expected_goals(load_scene(str(unnamed))) == {"debris_auto_1", "debris_auto_2"}
     assert expected_goals(load_scene("single")) == {
         thing.name for thing in load_scene("single").things_of("Target")
     } | {thing.name for thing in load_scene("single").things_of("Debris")}

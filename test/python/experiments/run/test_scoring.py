@@ -60,6 +60,18 @@ def test_debris_that_goes_to_a_bin_must_lie_in_one_at_the_end() -> None:
     assert [(goal.reached, goal.bin) for goal in record.goals] == [(True, "bin_1")]
 
 
+def test_a_piece_that_a_hand_has_lost_is_a_fault_where_none_may_be_lost() -> None:
+    to_bin = replace(DONE, removal="bin")
+    recorder = good_run()
+    recorder.in_bins({"debris_1": "bin_1"}, 2)
+    assert scored(recorder, to_bin).success
+    assert scored(recorder, to_bin, replace(CASE, holds=True)).faults == (
+        "hands lost a piece 2 times on the way, none may be lost",
+    )
+    recorder.in_bins({"debris_1": "bin_1"}, 0)
+    assert scored(recorder, to_bin, replace(CASE, holds=True)).success
+
+
 def test_a_target_is_reached_by_the_robot_whatever_becomes_of_debris() -> None:
     recorder = good_run()
     recorder.in_bins({"debris_1": "bin_1"})

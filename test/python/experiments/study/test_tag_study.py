@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
 from pathlib import Path
-from typing import List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 import pytest
@@ -13,12 +14,25 @@ from yarm.experiments.study import tag_reproduce
 from yarm.experiments.study.reproduce import parser
 from yarm.experiments.study.runner import StudyError, load_trials
 from yarm.experiments.study.tag_calibration import bins_of, expected_error, fitted, fitted_chance, write_calibration
-from yarm.experiments.study.tag_figures import plot_crop, plot_proof, plot_spread, plot_tags, roc, tag_views_from
+from yarm.experiments.study.tag_figures import (
+    plot_crop,
+    plot_indicators,
+    plot_proof,
+    plot_spread,
+    plot_tags,
+    roc,
+    tag_views_from,
+)
 from yarm.experiments.study.tag_report import confusion, is_clear, report_views, summarise_views
 from yarm.experiments.study.tag_study import PIECE, PIECES, Piece, pieces, run_views
 from yarm.experiments.study.tag_views import TagView, ViewResult, drawn, looked, staged
 from yarm.geometry.pinhole import face_corners
 from yarm.tags.calibration import BLANK, UNKNOWN, load_calibration, probabilities
+
+
+def rows_of(path: Path) -> List[Dict[str, str]]:
+    with path.open() as stream:
+        return list(csv.DictReader(stream))
 
 
 def result(number: int, truth: int, answer: Optional[int], probability: float = 1.0) -> ViewResult:
@@ -170,8 +184,27 @@ def test_every_table_and_figure_is_written(tmp_path: Path) -> None:
 
 
 def test_the_curve_of_a_perfect_measure_has_area_one() -> None:
-    assert roc([3.0, 4.0], [1.0, 2.0])[2] == pytest.approx(1.0)
-    assert roc([1.0, 2.0], [1.0, 2.0])[2] == pytest.approx(0.5)
+    curve = roc([3.0, 4.0], [1.0, 2.0])
+    assert curve.area == pytest.approx(1.0) and curve.thresholds == (np.inf, 4.0, 3.0, 2.0, 1.0)
+    assert curve.true == (0.0, 0.5, 1.0, 1.0, 1.0) and curve.false == (0.0, 0.0, 0.0, 0.5, 1.0)
+    assert roc([1.0, 2.0], [1.0, 2.0]).area == pytest.approx(0.5)
+
+
+def test_every_indicator_leaves_its_rates_its_values_and_its_curve(tmp_path: Path) -> None:
+    plot_indicators(tmp_path, 3)
+    rates, values, points = (rows_of(tmp_path / f"tag_{n}.csv") for n in ("indicators", "indicator_values", "roc"))
+    assert [row["indicator"].split()[0] for row in rates] == ["3", "4", "6", "7", "8", "9", "10,", "11"]
+    views = {row["view"] for row in values}
+    assert {row["right"] for row in values} == {"0", "1"} and 2 <= len(views) <= 3, "one may have no outline at all"
+    tangled = next(row for row in rates if row["indicator"].startswith("6"))
+    wrong = [float(row["untangled"]) for row in values if row["right"] == "0"]
+    assert set(wrong) == {0.0, 1.0} and float(tangled["wrong_taken"]) == pytest.approx(np.mean(wrong), abs=1e-4)
+    seen = {(row["view"], row["keypoints"]) for row in values}
+    assert len(seen) == len(views), "the keypoints of an image are the same for every tag"
+    for column in set(points[0]) - {"indicator", "threshold"}:
+        for name in {row["indicator"] for row in points}:
+            curve = [float(row[column]) for row in points if row["indicator"] == name]
+            assert curve == sorted(curve) and curve[0] == 0.0 and curve[-1] == 1.0, (name, column)
 
 
 def test_the_views_that_are_asked_for_are_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
+from yarm.experiments.study.processes import copies
 from yarm.experiments.what_if.answer import answers, table
 from yarm.experiments.what_if.ask import alternative, ask, check_physics, combined, robot_numbers, specs_of
 from yarm.experiments.what_if.cell import Cell, Placed, WhatIfError, cell_of_case, cell_of_run
@@ -35,7 +36,7 @@ def cell_fixture() -> Cell:
 def results_fixture(cell: Cell) -> List[WhatIfResult]:
     said: List[str] = []
     specs = specs_of(cell, [alternative(""), alternative("robots=2 particles=100")], 2, 5, LIMITS)
-    found = ask(specs, kinematic(), said.append, workers=1)
+    found = ask(specs, kinematic(), said.append)
     assert "2 of 4 runs after" in said[0] and "as it is" in said[0], "the first answers come before the last run"
     assert said[-1].startswith("4 runs in")
     return found
@@ -54,6 +55,12 @@ def test_the_same_seed_gives_the_same_run_and_another_one_another(results: List[
     assert run_fork(results[0].spec) == results[0]
     assert results[2].clear_s != results[0].clear_s
     assert WhatIfResult.from_json(json.loads(json.dumps(results[0].to_json()))) == results[0]
+
+
+def test_copies_of_the_process_find_what_it_finds_itself(results: List[WhatIfResult]) -> None:
+    specs = [result.spec for result in results]
+    with copies(2) as pool:
+        assert ask(specs, kinematic(), lambda text: None, pool=pool) == results
 
 
 def test_answers_stand_side_by_side_with_a_picture(results: List[WhatIfResult], tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from yarm.exploration.report.behaviours import to_the_middle
 from yarm.exploration.report.controller import ReportController
 from yarm.exploration.report.params import BEHAVIOURS, FAST, ReportParams
 from yarm.geometry import Pose2
+from yarm.geometry.scans import Scan
 from yarm.robots.turtlebot import Bumper
 
 PARAMS = ExploreParams(controller="report")
@@ -250,6 +251,23 @@ def test_an_exit_at_a_remembered_place_is_looked_into() -> None:
         return here.step(scan(3.0, left=4.0, right=1.0)).behaviour
 
     assert passing(rig()) == "find_exit" and passing(rig(off=("find_exit",))) == "forward"
+
+
+def test_an_exit_is_looked_for_in_the_pass_that_enters_the_place_alone() -> None:
+    def at_the_place(*rooms: Scan) -> str:
+        here = rig()
+        here.step(scan(0.48))
+        here.step(scan(3.0))
+        here.pose = Pose2(2.0, 0.0)
+        here.step(scan(3.0))
+        for seen in rooms:
+            here.pose = Pose2(0.1, 0.0)
+            here.step(seen)
+        return here.steps[-1].behaviour
+
+    narrow, wide = scan(3.0), scan(3.0, left=4.0, right=1.0)
+    assert at_the_place(wide) == "find_exit" and at_the_place(scan(3.0, left=2.0, right=1.0)) == "forward"
+    assert at_the_place(narrow, wide) == "forward", "what opens later is passed by"
 
 
 def assert_listed(here: Rig, drawn: Mapping[str, Any]) -> None:

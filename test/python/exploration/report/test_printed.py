@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Tuple
 
 import numpy as np
 import pytest
@@ -77,6 +78,69 @@ def test_a_selection_hears_no_deadline() -> None:
     moving = [0.1 * i for i, step in enumerate(here.steps) if step.command != Command()]
     assert moving[-1] > 20.0 and not here.steps[-1].done
     assert all(step.command == Command() for step in there.steps[101:]) and there.steps[-1].done
+
+
+@pytest.mark.parametrize("ahead, stands", [(math.nan, True), (0.5, True), (0.51, False), (5.9, False), (6.0, True)])
+def test_in_its_first_second_it_stands_without_room_ahead_or_with_too_much(ahead: float, stands: bool) -> None:
+    here = printed()
+    first = here.run(1.1, scan(ahead))
+    assert {step.behaviour for step in first} == {"forward"}
+    assert {step.command == Command() for step in first} == {stands}
+    after = here.step(scan(ahead)).behaviour
+    assert after == ("selection" if stands else "forward"), "from then on what stops it makes it select"
+
+
+def test_exactly_six_metres_ahead_are_too_far_to_drive_and_no_reason_to_turn() -> None:
+    here = printed()
+    here.run(2.0, scan(6.0))
+    assert {step.command for step in here.steps} == {Command()}
+    assert here.step(scan(2.0)).command.v_mps > 0.0
+
+
+def searching(*last: float) -> Rig:
+    """After a whole turn that found no way, and passes of the search with this room ahead."""
+    here = printed()
+    here.run(1.2, scan(2.0))
+    here.step(scan(0.48))
+    for _ in range(200):
+        if rate(here) == pytest.approx(math.pi / 6):
+            break
+        here.step(scan(0.9))
+    whole = (2.0 * math.pi - 0.1) / (math.pi / 8 * 0.1)
+    assert here.shares()["selection"] == pytest.approx(whole + 1, abs=1.01), "360 degrees at pi/8, and a pass at pi/6"
+    for ahead in last:
+        here.step(scan(ahead))
+        assert rate(here) == pytest.approx(math.pi / 6), f"with {ahead} m ahead"
+    return here
+
+
+def rate(here: Rig) -> float:
+    """How fast it turns in place, rad/s; 0 while it drives."""
+    command = here.steps[-1].command
+    return abs(command.w_radps) if command.v_mps == 0.0 else 0.0
+
+
+@pytest.mark.parametrize(
+    "seen, end",
+    [
+        ((1.1, 1.2, 1.3), 1.25),
+        ((1.1,), 1.1),
+        ((0.9, 0.8, 0.7, 1.1), 1.0),
+        ((7.0, 6.5, 6.1), 5.9),
+    ],
+)
+def test_after_a_whole_turn_it_turns_on_while_room_grows_or_is_no_way(seen: Tuple[float, ...], end: float) -> None:
+    here = searching(*seen)
+    assert len({math.copysign(1.0, step.command.w_radps) for step in here.steps[13:]}) == 1, "the way it was turning"
+    assert here.step(scan(end)).behaviour == "forward"
+
+
+def test_after_a_whole_turn_it_turns_on_for_a_minute_at_most() -> None:
+    here = searching()
+    here.run(59.8, scan(0.9))
+    assert rate(here) == pytest.approx(math.pi / 6)
+    here.run(0.3, scan(0.9))
+    assert here.steps[-1].behaviour == "forward"
 
 
 def test_it_ends_after_the_time_not_at_it() -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
-from typing import List, Tuple
+from typing import Callable, List, Tuple
 
 import numpy as np
 import pytest
@@ -11,14 +12,18 @@ import pytest
 from yarm.geometry import Pose2, transform_matrix
 from yarm.geometry.solids import Shape, Solid
 from yarm.manipulation.clearing.arm_work import carry_joints
+from yarm.manipulation.clearing.brake import BRAKE_S, Brake
 from yarm.manipulation.clearing.mission import Command, FloorMission, MissionError, Reading, weight_fault
-from yarm.manipulation.clearing.play import FloorPlayed, FloorRobot, play_mission
+from yarm.manipulation.clearing.play import STEPS_PER_TICK, FloorPlayed, FloorRobot, play_mission
 from yarm.resources import resource
-from yarm.sim.engine.youbot_floor import YoubotFloor
+from yarm.sim.engine.youbot_floor import STEPS_PER_SECOND, YoubotFloor
 from yarm.sim.scenes.youbot_floor import Bin, FloorPiece, FloorScene, load_floor_scene
 
 SCENE = load_floor_scene(resource("scenes", "manipulation", "youbot_floor.yaml"))
 MOST_N = 30.0
+TICK_S = STEPS_PER_TICK / STEPS_PER_SECOND
+REST_S, EVERY_S, STILL = 0.5, 1.3, 0.003
+"""A stop brings it to rest within so many s; it comes so many s after the one before; metres and rad of rest."""
 PIECE = "debris_1"
 NEAR = replace(
     SCENE,
@@ -29,7 +34,9 @@ NEAR = replace(
 )
 
 
-def played(scene: FloorScene, robot_type: type = FloorRobot, seed: int = 3) -> Tuple[FloorPlayed, List[str]]:
+def played(
+    scene: FloorScene, robot_type: Callable[[YoubotFloor, int], FloorRobot] = FloorRobot, seed: int = 3
+) -> Tuple[FloorPlayed, List[str]]:
     said: List[str] = []
     mission = FloorMission(scene, seed=seed, say=said.append)
     with YoubotFloor(scene, mission.carry, seed) as world:
@@ -82,11 +89,11 @@ class Slipping(FloorRobot):
 
     failed = False
 
-    def tell(self, command: Command) -> None:
+    def tell(self, command: Command, rate: float = 1.0) -> None:
         if not self.failed and self._world.robot.cup.grasping and np.any(command.velocity != 0.0):
             self._world.robot.cup.off()
             self.failed = True
-        super().tell(command)
+        super().tell(command, rate)
 
 
 def test_a_piece_that_is_lost_on_the_way_is_debris_again() -> None:
@@ -94,6 +101,49 @@ def test_a_piece_that_is_lost_on_the_way_is_debris_again() -> None:
     assert result.in_bin[PIECE] and result.pieces[PIECE].cleared
     assert result.pieces[PIECE].tries > 1
     assert any("the piece was lost on the way" in line for line in said)
+
+
+class Stopped(FloorRobot):
+    """A person stops it for two seconds, again and again: on its way, in the arm's motions, with a piece."""
+
+    def __init__(self, world: YoubotFloor, seed: int) -> None:
+        super().__init__(world, seed)
+        self.brake, self.next_s, self.own_s, self.moved = Brake(), 1.0, 0.0, []
+
+    def tell(self, command: Command, rate: float = 1.0) -> None:
+        super().tell(command)
+        self.own_s = self._world.time_s - self._lost_s
+        if self._world.time_s < self.next_s:
+            return
+        self.slowly(command, True, REST_S)
+        robot = self._world.robot
+        base, joints = robot.pose(), robot.joints()
+        self.slowly(command, True, 1.5)
+        self.moved.append(base.distance(robot.pose()) + float(np.max(np.abs(robot.joints() - joints))))
+        self.slowly(command, False, BRAKE_S)
+        self.next_s = self._world.time_s + EVERY_S
+
+    def slowly(self, command: Command, stopped: bool, seconds: float) -> None:
+        for _ in range(math.ceil(seconds / TICK_S)):
+            super().tell(Command(command.velocity), self.brake.step(stopped, TICK_S))
+
+
+def test_a_person_may_stop_it_anywhere_and_it_goes_on() -> None:
+    robots: List[Stopped] = []
+
+    def made(world: YoubotFloor, seed: int) -> Stopped:
+        robots.append(Stopped(world, seed))
+        return robots[-1]
+
+    plain, _ = played(NEAR)
+    result, _ = played(NEAR, made)
+    (robot,) = robots
+    assert result.faults == []
+    assert result.pieces[PIECE].tries == 1
+    assert len(robot.moved) > 10
+    assert max(robot.moved) < STILL
+    assert robot.own_s == pytest.approx(plain.duration_s, rel=0.1), "its own clock stood meanwhile"
+    assert result.duration_s > plain.duration_s + 1.5 * len(robot.moved)
 
 
 def test_a_piece_that_is_heavier_than_it_was_said_is_given_up_with_the_reason() -> None:

@@ -9,10 +9,12 @@ import pytest
 
 from yarm.manipulation.motion.commanded import commanded
 from yarm.manipulation.motion.trajectory import TrajectoryError, arm_limits, quintic
-from yarm.robots.youbot import JOINT_NAMES, urdf_angles, urdf_rates
+from yarm.robots.youbot import JOINT_NAMES, UPPER_RAD, urdf_angles, urdf_rates
 
 START, GOAL = np.zeros(5), np.array([0.4, 0.5, -0.6, 0.3, -0.2])
 FAR = np.vstack([urdf_angles(START), urdf_angles(GOAL)])
+TOP = np.array([0.0, UPPER_RAD[1], 0.0, 0.0, 0.0])
+HIGH = np.vstack([urdf_angles(START), urdf_angles(TOP)])
 
 
 def test_a_sampled_motion_comes_back_within_a_thousandth() -> None:
@@ -41,6 +43,11 @@ def test_joints_may_come_in_any_order_and_a_first_point_later_on_begins_where_th
         ({"times_s": [-1.0, 2.0]}, "at least 0"),
         ({"times_s": [0.0, math.inf]}, "finite"),
         ({"times_s": [0.0, 0.1]}, r"rad/s fast, at most 1.57"),
+        ({"times_s": [0.0, 601.0]}, "it takes 601 s, at most 600"),
+        (
+            {"rates": np.array([np.zeros(5), [0.0, -1.5, 0.0, 0.0, 0.0]]), "readings": HIGH},
+            "between its points it leaves",
+        ),
         ({"readings": FAR[:, :4]}, "5 finite numbers"),
         ({"readings": np.vstack([FAR[0], FAR[1] * math.nan])}, "positions must be 5 finite numbers"),
         ({"rates": np.zeros((1, 5))}, "velocities must be"),

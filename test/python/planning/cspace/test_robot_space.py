@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import Set, Tuple
+from typing import List, Set, Tuple
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ from hypothesis.extra.numpy import arrays
 
 from python.planning.samples import SMALL, arm, block, request, robot
 from yarm.geometry import GridSpec, Mask, wrap_angle
-from yarm.planning.cspace.cell_sets import Layout, difference, dilated
-from yarm.planning.cspace.footprint import Shape, border_for, columns_of
+from yarm.planning.cspace.cell_sets import CellSet, Layout, bits_of, difference, dilated, intersection, union
+from yarm.planning.cspace.footprint import Shape, Smears, border_for, columns_of
 from yarm.planning.cspace.robot_space import RobotSpace, ShapeCache, View, headings_from, with_margin
 from yarm.planning.fleet.problem import PlanningProblem, turns_of
 from yarm.planning.model.types import Waypoint
@@ -25,6 +25,7 @@ from yarm.robots.ankurbot import ankurbot_mask
 
 CELL = GridSpec()
 QUARTERS = turns_of((0.0, 90.0, -90.0))
+Cell = Tuple[int, int, int]
 CELLS = st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(0, 3)), min_size=1, max_size=8)
 
 
@@ -49,6 +50,18 @@ def test_blocked_columns_are_those_where_a_cell_is_taken(cells: list, occupied: 
             at = mask.at((x, y))
             inside = at[SMALL.contains(at)]
             assert image[x, y] == occupied[tuple(inside.T)].any()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(CELLS, min_size=2, max_size=3), arrays(np.bool_, SMALL.shape, elements=st.booleans()))
+def test_shapes_held_against_the_same_smears_are_blocked_as_alone(robots: list, occupied: np.ndarray) -> None:
+    masks = [Mask(np.unique(np.array(cells), axis=0)) for cells in robots]
+    layout = Layout(SMALL.shape, border_for(masks))
+    cells = layout.set_of_grid(occupied)
+    smears = Smears(cells)
+    for mask in masks:
+        shape = Shape.of_mask(mask, layout)
+        assert shape.blocked_among(smears) == shape.blocked_by(cells)
 
 
 @settings(max_examples=60, deadline=None)
@@ -121,6 +134,23 @@ def test_all_quarter_turns_come_from_one_sweep() -> None:
     assert space.turn_shape(0, k).cell_set == direct.cell_set
 
 
+@given(CELLS, CELLS, CELLS)
+def test_shapes_have_cells_in_common_and_together(one: List[Cell], other: List[Cell], third: List[Cell]) -> None:
+    layout = Layout(SMALL.shape, 6)
+    a, b, c = (Shape.of_mask(Mask(np.array(cells)), layout) for cells in (one, other, third))
+    both, all_three = a.common(b), a.together(b, c)
+    assert both.cell_set == intersection(a.cell_set, b.cell_set)
+    assert all_three.cell_set == union(union(a.cell_set, b.cell_set), c.cell_set)
+    for made in (both, all_three):
+        columns = [column for _, group in made.groups for column in columns_of(group, layout)]
+        assert len(columns) == len(set(columns))
+
+
+def size(cell_set: CellSet) -> int:
+    """Number of cells."""
+    return sum(len(bits_of(layer)) for layer in cell_set)
+
+
 def test_with_masks_at_every_heading_shapes_are_these_and_turns_cover_all_between() -> None:
     one = robot("r", (25, 25), ankurbot_mask(CELL, 0.3))
     one = replace(one, yaw_rad=0.3, mask_at=partial(ankurbot_mask, CELL))
@@ -134,7 +164,11 @@ def test_with_masks_at_every_heading_shapes_are_these_and_turns_cover_all_betwee
         k = min(range(8), key=lambda k: abs(wrap_angle(space.headings[k] - yaw - math.pi / 4)))
         turn = space.turn_shape(h, k)
         assert turn.cell_set == space.turn_shape(k, h).cell_set
-        assert turn.cell_set == space.shape(h).turned(0.0, math.pi / 4, CELL.resolution).cell_set
+        onward = space.shape(h).turned(0.0, math.pi / 4, CELL.resolution)
+        back = space.shape(k).turned(-math.pi / 4, math.pi / 4, CELL.resolution)
+        both = intersection(onward.cell_set, back.cell_set)
+        assert turn.cell_set == union(union(both, space.shape(h).cell_set), space.shape(k).cell_set)
+        assert size(turn.cell_set) < 0.95 * size(onward.cell_set)
         for part in np.linspace(0.0, math.pi / 4, 9):
             between = Shape.of_mask(ankurbot_mask(CELL, yaw + part), space.layout)
             assert difference(between.cell_set, turn.cell_set) == (0,) * CELL.shape[2]
@@ -184,6 +218,13 @@ def test_headings_close_under_the_turns_and_the_wanted_one_comes_last() -> None:
     assert headings[0] == pytest.approx(0.1)
     assert headings[-1] == pytest.approx(1.0)
     assert len(headings_from(0.0, turns_of((7.0,)), None)) <= 36
+
+
+@given(st.floats(-math.pi, math.pi))
+def test_eighth_turns_lead_to_the_same_eight_headings_in_the_same_order_from_everywhere(yaw_rad: float) -> None:
+    headings = headings_from(yaw_rad, turns_of((0.0, 90.0, -90.0, 45.0, -45.0)), None)
+    wanted = [0, 90, -90, 45, -45, 180, 135, -135]
+    assert [abs(wrap_angle(a - yaw_rad - math.radians(b))) < 1e-9 for a, b in zip(headings, wanted)] == [True] * 8
 
 
 def test_between_the_headings_it_keeps_to_a_robot_may_turn_to_the_next_of_them_and_not_back() -> None:

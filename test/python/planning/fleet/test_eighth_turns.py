@@ -11,13 +11,13 @@ from typing import Dict, List, Tuple
 import numpy as np
 import pytest
 
-from yarm.commander.shapes import PieceShape, RobotShape
 from yarm.geometry import GridSpec
 from yarm.planning.fleet.yarm_planner import YarmPlanner
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint, without_robots
 from yarm.planning.verification.checker import check_step
 from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, Disc
+from yarm.robots.shapes import PieceShape, RobotShape
 
 RECORDED = Path(__file__).parents[3] / "data" / "planning" / "loaded_robots_at_a_bin.npz"
 """The map of 2m1ma_bin, seed 11, with both pieces picked up, and where the robots stood."""

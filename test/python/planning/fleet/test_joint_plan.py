@@ -8,7 +8,7 @@ import pytest
 from python.planning.fleet_samples import FLEETS, blocks, fleet_of, goals
 from yarm.planning.cspace.cell_sets import dilated, overlap
 from yarm.planning.fleet.fleet import Move
-from yarm.planning.fleet.joint_plan import StepChoice, path_of, valid
+from yarm.planning.fleet.joint_plan import Conflicts, StepChoice, path_of, valid
 from yarm.planning.fleet.joint_search import JointSearch
 
 
@@ -55,7 +55,7 @@ def test_robots_off_their_centres_keep_one_more_cell_apart() -> None:
     fleet = fleet_of(blocks((2, 10), (2, 13)), goals((20, 10), (20, 13)))
     moves = [Move(0, (2, 10, 0), (20, 10, 0)), Move(1, (2, 13, 0), (20, 13, 0))]
     assert len(StepChoice(fleet, moves, 3).choose()) == 2
-    assert len(StepChoice(fleet, moves, 3, off_centre=(0, 1)).choose()) == 1
+    assert len(StepChoice(fleet, moves, 3, Conflicts(fleet, (0, 1))).choose()) == 1
 
 
 def test_a_plan_that_touches_or_starts_elsewhere_is_not_valid() -> None:

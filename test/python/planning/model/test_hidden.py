@@ -24,7 +24,11 @@ def block(x, y, z=(0, 3)):
 
 
 def body(name, cells, kind="Obstacle"):
-    return MappedObject(name, kind, 1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), cells)
+    return MappedObject(name, kind, 1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), np.asarray(cells))
+
+
+def in_box(cell, box):
+    return all(part.start <= value < part.stop for value, part in zip(cell, box))
 
 
 ROBOT = body("ankurbot_1", block((4, 8), (8, 12)), "Mobile")
@@ -38,7 +42,7 @@ class Maps:
         self.now_s = 0.0
         self.ever = np.zeros(SPEC.shape, dtype=bool)
 
-    def see(self, hidden=(), objects=(ROBOT,), bits=1, periods=1, seen=()):
+    def see(self, hidden=(), objects=(ROBOT,), bits=1, periods=1, seen=(), robots=()):
         """So many maps in which the cells of ``hidden`` (slices) are hidden by the objects with ``bits``."""
         for _ in range(periods):
             self.now_s += PERIOD_S
@@ -54,7 +58,7 @@ class Maps:
             sight = Visibility(states, hidden_by[states < CellState.FREE])
             self.ever |= states >= CellState.FREE
             grid = np.zeros(SPEC.shape, dtype=np.int8)
-            self.space.see(CellMap(self.now_s, SPEC, grid, {o.name: o for o in objects}, sight))
+            self.space.see(CellMap(self.now_s, SPEC, grid, {o.name: o for o in objects}, sight), robots)
         return self
 
     @property
@@ -94,6 +98,16 @@ def test_a_thing_that_walks_into_the_shadow_may_be_anywhere_it_could_have_reache
     assert maps.see(BEHIND, periods=300).count == 48
     assert maps.see(seen=[BEHIND]).see(BEHIND).count > 0, "it is there, and is hidden again"
     assert maps.see().see(BEHIND, periods=300).count == 0, "it is not there"
+
+
+@pytest.mark.parametrize(("robots", "count"), [((ROBOT.cells,), 0), ((), 8)], ids=["drawn", "not drawn"])
+def test_nothing_else_is_within_a_robot_for_whose_points_nobody_had_a_name(robots, count):
+    """Seen without its name for a moment, it is a thing where the robot stands, and no camera sees its inside."""
+    inside = np.s_[5:7, 9:11, 0:2]
+    shell = body("ankurbot_1", [cell for cell in ROBOT.cells.tolist() if not in_box(cell, inside)], "Mobile")
+    maps = Maps().see(inside, (shell,), robots=robots)
+    maps.see(inside, (replace(shell, name="unknown_1", kind="Unknown"),), robots=robots)
+    assert maps.see(inside, (shell,), periods=30, robots=robots).count == count
 
 
 def test_what_the_cameras_see_and_nobody_believes_yet_may_walk_into_the_shadow_too():

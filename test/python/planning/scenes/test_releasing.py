@@ -102,5 +102,5 @@ def test_who_waits_for_whom_is_told_by_robot_and_number() -> None:
     run = release_to_end(load_scene(SCENES / "head_on.yaml"), make_planner("yarm"), np.random.default_rng(0))
     assert run.first is not None
     told = [(move.robot, after) for move, after in waits(run.first)]
-    assert told[3] == ("cart_1", ("cart_2.1", "cart_2.2"))
-    assert told[0] == ("cart_2", ())
+    assert told[0] == ("cart_1", ())
+    assert told[4] == ("cart_2", ("cart_1.1", "cart_1.2", "cart_1.3"))

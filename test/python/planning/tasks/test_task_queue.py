@@ -16,7 +16,8 @@ from python.planning.samples import robot as robot_at
 from yarm.geometry import GridSpec, Mask
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Column, Goal, GoalKind, PlanRequest, Robot
-from yarm.planning.tasks.task_queue import TaskQueue, TaskStatus
+from yarm.planning.tasks.task import TaskStatus
+from yarm.planning.tasks.task_queue import TaskQueue
 from yarm.planning.tasks.travel import Travel
 
 SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))

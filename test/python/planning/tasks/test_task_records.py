@@ -13,7 +13,8 @@ from python.planning.samples import block, request, walls
 from python.planning.samples import robot as robot_at
 from yarm.geometry import GridSpec
 from yarm.planning.model.types import Goal, GoalKind
-from yarm.planning.tasks.task_queue import Task, TaskQueue, TaskStatus
+from yarm.planning.tasks.task import Task, TaskStatus
+from yarm.planning.tasks.task_queue import TaskQueue
 
 SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
 OPEN = np.zeros(SPEC.shape, dtype=bool)

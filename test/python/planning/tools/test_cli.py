@@ -157,5 +157,5 @@ def test_module_runs_without_ros():
 def test_who_waits_for_whom_is_printed_and_carried_out():
     code, out, _ = run(scene("head_on"), "--waits")
     assert code == 0
-    assert "cart_1 (9, 3) to (22, 3): after cart_2.1, cart_2.2" in out
+    assert "cart_2 (18, 3) to (1, 3): after cart_1.1, cart_1.2, cart_1.3" in out
     assert "released_status SOLVED" in out and "released_refused 0" in out

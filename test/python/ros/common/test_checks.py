@@ -22,6 +22,8 @@ from yarm.msg import (
     SafetyStatus,
     SanderStatus,
     StepAck,
+    TrackedObject,
+    TrackedObjects,
     TransformStampedVector,
 )
 
@@ -172,6 +174,24 @@ def test_safety_status_needs_equal_lengths_and_no_future():
     assert "differ in length: (1, 0, 0, 0)" in checks.safety_fault(SafetyStatus(robots=["a"]), NOW_S)
     good.header.stamp = rospy.Time.from_sec(NOW_S + 60.0)
     assert "in the future" in checks.safety_fault(good, NOW_S)
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ({}, ""),
+        ({"age_s": -1.0}, "object 1: age_s must be at least 0, it is -1"),
+        ({"age_s": math.nan}, "object 1: age_s must be at least 0, it is nan"),
+        ({"covariance": [1e9] * 36}, "object 1: position, velocity, extent and covariance must be within 1000"),
+        ({"covariance": [math.nan] * 36}, "object 1: position, velocity, extent and covariance must be within 1000"),
+    ],
+)
+def test_what_is_followed_needs_finite_numbers(fault, said):
+    one = TrackedObject(**{"id": 1, "covariance": [0.01] * 36, "age_s": 1.0, **fault})
+    message = TrackedObjects(objects=[one])
+    message.header.stamp = rospy.Time.from_sec(NOW_S)
+    assert checks.tracks_fault(message, NOW_S) == said
+    assert checks.tracks_fault(TrackedObjects(objects=[one, one]), NOW_S).startswith("ids must be unique: [1, 1]")
 
 
 def test_seeds_need_equal_lengths_unique_names_and_no_future():

@@ -216,6 +216,16 @@ def test_wrong_words_are_refused_before_anything_is_started_or_lost(tmp_path, ca
     assert summary.read_text() == "success: true\n"
 
 
+def test_stray_debris_is_looked_for_where_the_scene_has_some_or_where_it_is_asked_for() -> None:
+    def size(*words: str) -> str:
+        return dict(word.split(":=") for word in command(parser().parse_args(words), 1)[5:])["debris_size"]
+
+    unnamed = str(Path(__file__).parents[3] / "system" / "mission_unnamed.yaml")
+    assert [size("--case", case) for case in ("1m1ma", "no_such_scene", unnamed)] == ["0.0", "0.0", "0.25"]
+    assert size("--case", unnamed, "--debris-size", "0") == "0.0"
+    assert size("--case", "1m1ma", "--debris-size", "0.1") == "0.1"
+
+
 @pytest.mark.parametrize(
     ("words", "hands", "removal"),
     [

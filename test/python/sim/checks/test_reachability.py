@@ -4,32 +4,27 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from functools import partial
 from itertools import product
-from typing import Set, Tuple
+from typing import Dict, List, Sequence, Set, Tuple
 
 import numpy as np
 import pytest
 
 from yarm.geometry import FloatArray, GridSpec, quaternion_from_rpy, transform_matrix
 from yarm.geometry.urdf import LinkSolid
-from yarm.sim.checks.reachability import (
-    HEADINGS,
-    SAMPLE_M,
-    ConfigurationSpace,
-    RobotShape,
-    compatible,
-    configurations_at,
-    heading_angles,
-    nearest_heading,
-    pairs,
-    solid_points,
-)
-from yarm.sim.engine.bodies import FramedSolid
+from yarm.robots.ankurbot import Beam
+from yarm.robots.shapes import RobotShape
+from yarm.robots.turns import FINER_TURNS_DEG, QUARTER_TURNS_DEG
+from yarm.sim.checks.reachability import SAMPLE_M, ConfigurationSpace, pairs, solid_points
+from yarm.sim.scenes.bodies import FramedSolid
 
 SPEC = GridSpec((12, 12, 3), (0.0, 0.0, 0.0), (1.2, 1.2, 0.3))
-BAR = np.array([[-0.1 * k, 0.0, 0.15] for k in range(4)])
-"""Points of a robot that reaches three cells behind its end effector, in the middle layer."""
-Configuration = Tuple[int, int, int]
+BAR = partial(RobotShape((), (Beam((-0.34, 0.04), (-0.04, 0.04), (0.11, 0.19)),)).mask, SPEC)
+"""A robot that reaches three cells behind its end effector, in the middle layer."""
+GAP = {4, 5, 6, 7, 8}
+Place = Tuple[int, int, int]
+"""Steps of five degrees from the first heading, and a column."""
 
 
 def wall(x: int, gap: Set[int]) -> FloatArray:
@@ -38,10 +33,10 @@ def wall(x: int, gap: Set[int]) -> FloatArray:
     return np.array([[0.1 * x + 0.05, 0.1 * y + 0.05, 0.1 * z + 0.05] for y in rows for z in range(3)])
 
 
-def free_by_counting(shape: RobotShape, obstacles: FloatArray, heading: int, x: int, y: int) -> bool:
+def free_by_counting(obstacles: FloatArray, yaw_rad: float, x: int, y: int) -> bool:
     """Every cell inside, and none with an obstacle among its 26 neighbours."""
     taken = {tuple(cell) for cell in np.floor(obstacles / 0.1 + 1e-9).astype(int).tolist()}
-    for dx, dy, z in shape.cells[heading].tolist():
+    for dx, dy, z in BAR(yaw_rad).cells.tolist():
         if not (0 <= x + dx < 12 and 0 <= y + dy < 12):
             return False
         if any((x + dx + i, y + dy + j, z + k) in taken for i, j, k in product((-1, 0, 1), repeat=3)):
@@ -52,75 +47,90 @@ def free_by_counting(shape: RobotShape, obstacles: FloatArray, heading: int, x: 
 @pytest.fixture(name="space", scope="module")
 def space_fixture() -> ConfigurationSpace:
     """A bar in two halves of a grid, joined by a gap of five cells."""
-    return ConfigurationSpace(RobotShape.from_points(BAR, SPEC), wall(6, {4, 5, 6, 7, 8}), SPEC)
+    return ConfigurationSpace(BAR, wall(6, GAP), SPEC)
 
 
 def test_free_is_what_counting_says(space: ConfigurationSpace) -> None:
-    for heading in range(0, HEADINGS, 5):
-        for x in range(12):
-            for y in range(12):
-                counted = free_by_counting(space.shape, wall(6, {4, 5, 6, 7, 8}), heading, x, y)
-                assert space.free[heading][x, y] == counted, (heading, x, y)
+    for yaw_deg in range(0, 360, 50):
+        for x, y in product(range(12), repeat=2):
+            yaw_rad = math.radians(yaw_deg)
+            assert space.free_at(yaw_rad)[x, y] == free_by_counting(wall(6, GAP), yaw_rad, x, y), (yaw_deg, x, y)
 
 
-def reached_by_flooding(space: ConfigurationSpace, start: Configuration) -> Set[Configuration]:
-    """Configurations that steps to neighbouring columns and headings lead to."""
+def reached_by_flooding(space: ConfigurationSpace, start: Place, turns_deg: Sequence[float]) -> Set[Place]:
+    """Places that steps to neighbouring columns and turns lead to; a turn is looked at every five degrees."""
+
+    def free(steps: int, x: int, y: int) -> bool:
+        inside = 0 <= x < 12 and 0 <= y < 12
+        return inside and bool(space.free_at(math.radians(5.0 * steps))[x, y])
+
     seen, ring = {start}, deque([start])
     while ring:
-        heading, x, y = ring.popleft()
-        steps = [(heading, x + dx, y + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
-        for new in [*steps, ((heading + 1) % HEADINGS, x, y), ((heading - 1) % HEADINGS, x, y)]:
-            if new not in seen and 0 <= new[1] < 12 and 0 <= new[2] < 12 and space.free[new[0]][new[1], new[2]]:
+        steps, x, y = ring.popleft()
+        news: List[Place] = [(steps, x + 1, y), (steps, x - 1, y), (steps, x, y + 1), (steps, x, y - 1)]
+        for turn in (round(angle / 5.0) for angle in turns_deg):
+            sign = 1 if turn > 0 else -1
+            if all(free(steps + sign * k, x, y) for k in range(abs(turn) + 1)):
+                news.append(((steps + turn) % 72, x, y))
+        for new in news:
+            if new not in seen and free(*new):
                 seen.add(new)
                 ring.append(new)
     return seen
 
 
-@pytest.mark.parametrize("start", [(0, 4, 6), (18, 8, 6), (35, 4, 1)])
-def test_reachable_is_what_flooding_finds(space: ConfigurationSpace, start: Configuration) -> None:
-    assert space.free[start[0]][start[1], start[2]]
-    reached = space.reachable((start[1], start[2]), start[0])
-    assert {tuple(c) for c in np.argwhere(reached).tolist()} == reached_by_flooding(space, start)
+@pytest.mark.parametrize("turns_deg", [QUARTER_TURNS_DEG, (*QUARTER_TURNS_DEG, *FINER_TURNS_DEG), (0.0, 10.0, -10.0)])
+@pytest.mark.parametrize("start", [(0, 4, 6), (36, 8, 6), (70, 4, 1), (3, 4, 6)])
+def test_reachable_is_what_flooding_finds(space: ConfigurationSpace, start: Place, turns_deg: Sequence[float]) -> None:
+    steps, x, y = start
+    assert space.free_at(math.radians(5.0 * steps))[x, y]
+    reached = space.reachable((x, y), math.radians(5.0 * steps), turns_deg)
+    found = {
+        (round(math.degrees(heading) / 5.0) % 72, int(x), int(y))
+        for heading, columns in zip(reached.headings_rad, reached.columns)
+        for x, y in np.argwhere(columns)
+    }
+    assert found == reached_by_flooding(space, start, turns_deg)
+
+
+def test_a_robot_drives_only_at_the_headings_that_its_turns_lead_to() -> None:
+    """Two robots in a lane that leads askew: through it leads the heading of one of them, and turns of the other."""
+    rows = [(x, y) for x, y in product(range(12), repeat=2) if abs(x - y) in (5, 6)]
+    lane = np.array([[0.1 * x + 0.05, 0.1 * y + 0.05, 0.15] for x, y in rows])
+    space = ConfigurationSpace(BAR, lane, SPEC)
+    reaches: Dict[Tuple[int, int], bool] = {}
+    for yaw_deg, turn_deg in product((0, 45), (90, 45)):
+        reached = space.reachable((3, 3), math.radians(yaw_deg), (0.0, float(turn_deg), float(-turn_deg)))
+        reaches[yaw_deg, turn_deg] = bool(reached.columns[:, 10, 10].any())
+        assert len(reached.headings_rad) == 360 // turn_deg
+    assert reaches == {(0, 90): False, (0, 45): True, (45, 90): True, (45, 45): True}
 
 
 def test_a_closed_wall_parts_the_grid_and_a_gap_joins_it(space: ConfigurationSpace) -> None:
-    closed = ConfigurationSpace(space.shape, wall(6, set()), SPEC)
-    assert not closed.reachable((4, 6), 0)[:, 8:].any()
-    assert space.reachable((4, 6), 0)[:, 8:].any()
+    closed = ConfigurationSpace(BAR, wall(6, set()), SPEC)
+    assert not closed.reachable((4, 6), 0.0, QUARTER_TURNS_DEG).columns[:, 8:].any()
+    assert space.reachable((4, 6), 0.0, QUARTER_TURNS_DEG).columns[:, 8:].any()
 
 
 def test_a_start_that_is_not_free_leads_nowhere(space: ConfigurationSpace) -> None:
-    assert not space.reachable((6, 1), 0).any()
-    assert not space.reachable((-1, 20), 0).any()
+    assert not space.reachable((6, 1), 0.0, QUARTER_TURNS_DEG).columns.any()
+    assert not space.reachable((-1, 20), 0.0, QUARTER_TURNS_DEG).columns.any()
 
 
 def test_configurations_of_a_column_are_its_headings(space: ConfigurationSpace) -> None:
-    reached = space.reachable((4, 6), 0)
-    found = configurations_at(reached, (4, 6))
-    assert [heading for heading, _ in found] == np.nonzero(reached[:, 4, 6])[0].tolist()
+    reached = space.reachable((4, 6), 0.0, (0.0, 10.0, -10.0))
+    found = reached.at((4, 6))
+    assert len(found) == reached.columns[:, 4, 6].sum() > 2
     assert {column for _, column in found} == {(4, 6)}
+    assert all(free_by_counting(wall(6, GAP), yaw_rad, 4, 6) for yaw_rad, _ in found)
 
 
-def test_two_robots_are_compatible_with_a_cell_between_them() -> None:
-    shape = RobotShape.from_points(BAR, SPEC)
-    ahead = nearest_heading(0.0)
-    here = [(ahead, (5, 5))]
-    assert not compatible(shape, SPEC, here, [(ahead, (5, 6))])
-    assert compatible(shape, SPEC, here, [(ahead, (5, 7))])
-    assert compatible(shape, SPEC, here, [(ahead, (5, 6)), (ahead, (5, 7))])
-    assert not compatible(shape, SPEC, here, [])
-
-
-@pytest.mark.parametrize(("yaw_deg", "index"), [(0, 0), (4, 0), (6, 1), (-10, 35), (180, 18), (356, 0), (-3, 0)])
-def test_the_nearest_heading(yaw_deg: float, index: int) -> None:
-    assert nearest_heading(math.radians(yaw_deg)) == index
-    assert len(heading_angles()) == HEADINGS
-
-
-def test_a_turned_robot_has_its_cells_turned() -> None:
-    shape = RobotShape.from_points(BAR, SPEC)
-    assert {tuple(c) for c in shape.cells[0].tolist()} == {(-k, 0, 1) for k in range(4)}
-    assert {tuple(c) for c in shape.cells[9].tolist()} == {(0, -k, 1) for k in range(4)}
+def test_two_robots_are_compatible_with_a_cell_between_them(space: ConfigurationSpace) -> None:
+    here = [(0.0, (5, 5))]
+    assert not space.compatible(here, [(0.0, (5, 6))])
+    assert space.compatible(here, [(0.0, (5, 7))])
+    assert space.compatible(here, [(0.0, (5, 6)), (0.0, (5, 7))])
+    assert not space.compatible(here, [])
 
 
 @pytest.mark.parametrize(("shape", "size"), [("box", (0.3, 0.2, 0.1)), ("cylinder", (0.1, 0.3)), ("sphere", (0.12,))])

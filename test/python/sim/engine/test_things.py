@@ -12,7 +12,8 @@ import pytest
 from yarm.geometry import quaternion_from_rpy, transform_matrix
 from yarm.robots.hc10 import AT_ORIGIN, Station
 from yarm.sim.engine import bodies
-from yarm.sim.engine.things import SEED_POINTS, fixture_body, thing_body
+from yarm.sim.engine.things import fixture_body, thing_body
+from yarm.sim.scenes.bodies import SEED_POINTS, Body, description
 from yarm.sim.scenes.specs import FixtureSpec, ThingSpec
 
 STATIONS = [AT_ORIGIN, Station(x=0.5, y=-0.4, yaw_rad=0.7)]
@@ -36,7 +37,7 @@ def bounds(client: int, uid: int) -> np.ndarray:
     return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
-def told(body: bodies.Body, T_world_frame: np.ndarray) -> np.ndarray:
+def told(body: Body, T_world_frame: np.ndarray) -> np.ndarray:
     """Lower and upper corner (2, 3) of the solids a body tells of, metres, world."""
     corners = []
     for item in body.solids:
@@ -98,7 +99,7 @@ def test_a_target_is_a_frame_without_a_body(client: int) -> None:
 
 
 def test_the_root_link_is_put_where_it_is_asked_for_whatever_its_centre_of_mass(client: int) -> None:
-    text, _ = bodies.description("debris.urdf.xacro")
+    text, _ = description("debris.urdf.xacro")
     uid = bodies.load_urdf(client, text, (0.3, -0.4, 0.5), 1.2, fixed=True)
     position, quaternion = pybullet.getBasePositionAndOrientation(uid, physicsClientId=client)
     T_world_com = transform_matrix(position, quaternion)
@@ -108,7 +109,7 @@ def test_the_root_link_is_put_where_it_is_asked_for_whatever_its_centre_of_mass(
 
 
 def test_friction_is_that_of_the_links_name(client: int) -> None:
-    text, _ = bodies.description("ankurbot.urdf.xacro")
+    text, _ = description("ankurbot.urdf.xacro")
     uid = bodies.load_urdf(client, text, (0.0, 0.0, 0.0), 0.0, fixed=False)
     wheels = [i for i, name in enumerate(bodies.link_names(client, uid)) if name.endswith("_wheel")]
     assert len(wheels) == 4
@@ -119,5 +120,5 @@ def test_friction_is_that_of_the_links_name(client: int) -> None:
 
 
 def test_one_description_is_read_once() -> None:
-    assert bodies.description("debris.urdf.xacro") is bodies.description("debris.urdf.xacro")
-    assert bodies.description("cell.urdf.xacro", "table") is not bodies.description("cell.urdf.xacro", "stand")
+    assert description("debris.urdf.xacro") is description("debris.urdf.xacro")
+    assert description("cell.urdf.xacro", "table") is not description("cell.urdf.xacro", "stand")

@@ -15,11 +15,12 @@ from yarm.geometry.kinds import ContactKind
 from yarm.robots.ankurbot import CASTERS
 from yarm.robots.hc10 import arm_mount
 from yarm.sim.checks.cell_check import tip_joints
-from yarm.sim.engine.things import SpawnError, ThingSpec
 from yarm.sim.engine.world import TICK_S, SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.errors import CommandError
+from yarm.sim.scenes.bodies import SpawnError
 from yarm.sim.scenes.scene import Scene, load_scene, scene_from
+from yarm.sim.scenes.specs import ThingSpec
 from yarm.sim.sensors.camera_model import KINECT
 from yarm.sim.sensors.cameras import Eyes
 
@@ -209,6 +210,21 @@ def test_spawn_and_delete_and_their_refusals() -> None:
             with pytest.raises(SpawnError, match=words):
                 world.delete(name)
         world.run(0.1)
+
+
+def test_debris_that_perception_named_is_the_unregistered_piece_nearest_to_its_place() -> None:
+    world = SimWorld(one_robot(x=1.5, fixtures=["table"]))
+    for name, x, registered in (("loose_1", 0.10, False), ("loose_2", 0.34, False), ("debris_1", 0.22, True)):
+        world.spawn(ThingSpec(name, "Debris", x, 0.3, 0.725, math.pi / 2, (), registered))
+    assert world.named("debris_auto_7", (0.21, 0.3)) == "loose_1"
+    assert world.named("debris_auto_7", (0.24, 0.3)) == "loose_2"
+    assert world.named("debris_auto_7", (0.3, 0.61)) == "debris_auto_7", "too far from all"
+    assert world.named("debris_1", (0.1, 0.3)) == "debris_1"
+    world.delete(world.named("debris_auto_7", (0.1, 0.3)))
+    with pytest.raises(SpawnError, match="debris_auto_9"):
+        world.delete(world.named("debris_auto_9", (0.0, -0.5)))
+    assert "loose_1" not in world.bodies and "loose_2" in world.bodies
+    world.close()
 
 
 def test_a_push_slips_the_debris_by_so_much() -> None:

@@ -10,12 +10,12 @@ import pybullet
 import pytest
 
 from yarm.robots.ankurbot import HAND_LIFTS_KG
-from yarm.sim.engine.bodies import description, link_names
-from yarm.sim.engine.things import SpawnError
+from yarm.sim.engine.bodies import link_names
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.robots.ankurbot import Ankurbot
 from yarm.sim.robots.errors import CommandError
 from yarm.sim.robots.hand import PRESSING_FORCE_N, SuctionHand
+from yarm.sim.scenes.bodies import SpawnError, description
 from yarm.sim.scenes.scene import load_scene, scene_from
 from yarm.sim.scenes.specs import ThingSpec
 

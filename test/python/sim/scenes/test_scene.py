@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from yarm.sim.engine.things import SpawnError
 from yarm.sim.engine.world import SimWorld
+from yarm.sim.scenes.bodies import SpawnError
 from yarm.sim.scenes.scene import MOST_MODEL_BYTES, SceneError, load_scene, scene_from, shipped_scenes
 
 GOOD: Dict[str, Any] = {

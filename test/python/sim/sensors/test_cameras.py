@@ -11,9 +11,9 @@ import pybullet
 import pytest
 
 from yarm.geometry import transform_points
-from yarm.sim.engine.things import ThingSpec
 from yarm.sim.engine.world import SimWorld
 from yarm.sim.scenes.scene import load_scene
+from yarm.sim.scenes.specs import ThingSpec
 from yarm.sim.sensors.camera_model import FAR, KINECT, WRIST, Rays, looking_at
 from yarm.sim.sensors.cameras import Eyes
 from yarm.sim.sensors.noise import NormalPool, axial_sigma

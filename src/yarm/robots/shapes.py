@@ -18,6 +18,7 @@ from yarm.robots.ankurbot import Beam, Disc, solids_mask
 
 YAW_STEP_RAD = math.radians(0.1)
 """Headings closer than this share a mask."""
+STEPS_A_QUARTER = 900
 TAKEN_OFF_M = 0.02
 """A hand takes a piece at most so far from its middle, metres."""
 
@@ -48,8 +49,15 @@ class RobotShape:
         """Cells the robot fills with its end effector over the centre of a column, heading as given."""
         key = (spec, round(yaw_rad / YAW_STEP_RAD))
         if key not in self._masks:
-            self._masks[key] = solids_mask(spec, self.discs, self.beams, key[1] * YAW_STEP_RAD)
+            self._masks[key] = self._made(*key)
         return Mask(self._masks[key].cells, yaw_rad)
+
+    def _made(self, spec: GridSpec, steps: int) -> Mask:
+        """The mask so many steps of yaw from x: where columns are squares, one in the first quarter turned."""
+        quarters, first = divmod(steps, STEPS_A_QUARTER)
+        if quarters % 4 == 0 or spec.resolution[0] != spec.resolution[1]:
+            return solids_mask(spec, self.discs, self.beams, steps * YAW_STEP_RAD)
+        return self.mask(spec, first * YAW_STEP_RAD).turned_by_quarters(quarters)
 
     @property
     def lowest_at_tip_m(self) -> float:

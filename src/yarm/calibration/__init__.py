@@ -1,0 +1,1 @@
+"""Where cameras are, from what they see of things whose place is known."""

@@ -1,0 +1,1 @@
+"""Overhead cameras' poses: the camera_watch node and the command calibrate_cameras."""

@@ -1,0 +1,32 @@
+"""``what_if`` refuses what cannot be asked before it makes anything for it."""
+
+from __future__ import annotations
+
+from typing import List
+
+import pytest
+
+from yarm.ros.experiment import what_if
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (["--planner", "nonsense"], "planner = 'nonsense'"),
+        (["--set", "speed=3"], "speed: unknown parameter"),
+        (["--set", "speed"], "must be KEY=VALUE"),
+        (["--robots", "many"], "or FIRST..LAST"),
+        (["--runs", "0"], "must be within 1 to 200"),
+        (["--case", "1m1ma", "--robots", "9"], "robots = 9: must be within 1 to 4"),
+        (["--case", "nowhere"], "no such scene"),
+        (["--run", "nowhere", "--at", "1"], "no results of a mission"),
+    ],
+)
+def test_a_wrong_question_is_refused_before_there_are_copies(
+    call: List[str], words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(what_if, "set_priority", lambda nice: [])
+    monkeypatch.setattr(what_if, "copies", lambda count: pytest.fail("copies were made"))
+    monkeypatch.setattr(what_if, "_cell_of_ros", lambda: pytest.fail("a live cell was asked for"))
+    assert what_if.main([*call, "--workers", "2"]) == what_if.WRONG
+    assert words in capsys.readouterr().err
