@@ -12,14 +12,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Dict, Iterable, List, Mapping, Optional
+from typing import Dict, Iterable, List, Optional
 
 import numpy as np
-import numpy.typing as npt
 
-from yarm.geometry import BoolArray, CellMap, CellState, FloatArray, GridSpec, IntArray, MappedObject
+from yarm.geometry import BoolArray, CellMap, CellState, FloatArray, GridSpec, IntArray, MappedObject, Visibility
 from yarm.geometry.cell_map import NO_HIDER, OTHER_HIDERS
 from yarm.geometry.kinds import ROBOT_KINDS
+from yarm.planning.model.volume import Volume, VolumeSet
 
 UNKNOWN = "unknown_"
 """What the names of things that nobody registered begin with, on the map."""
@@ -70,7 +70,8 @@ class HiddenSpace:
         self._spec: Optional[GridSpec] = None
         self._seen_s = math.nan
         self._occupied: Optional[BoolArray] = None
-        self._hidden_by = np.zeros(0, dtype=np.uint32)
+        self._unseen: IntArray = np.empty(0, dtype=np.int64)
+        self._hidden_by = np.empty(0, dtype=np.uint32)
         self._objects: List[MappedObject] = []
 
     @property
@@ -98,19 +99,19 @@ class HiddenSpace:
         sight = cell_map.visibility
         if self.params.policy is HiddenPolicy.FREE or sight is None:
             return
-        hidden_by = np.zeros(cell_map.spec.shape, dtype=np.uint32)
-        unseen = sight.unseen
-        hidden_by[unseen] = sight.hidden_by
-        self._hidden_by, self._objects = hidden_by, list(cell_map.objects.values())
-        bodies = _cells_of(cell_map, registered=True)
-        for cells in robots:
-            bodies[tuple(cells[cell_map.spec.contains(cells)].T)] = True
-        hidden = unseen & ~bodies
+        spec, stamp_s = cell_map.spec, cell_map.stamp_s
+        if spec != self._spec or not stamp_s >= self._seen_s:
+            self._start(spec, stamp_s)
+        volume = self._volume
+        self._unseen, self._hidden_by = np.flatnonzero(sight.unseen), sight.hidden_by
+        self._objects = list(cell_map.objects.values())
+        bodies = volume.numbers_of([*_cells_of(cell_map, registered=True), *robots])
+        hidden = volume.of_numbers(self._unseen) & ~volume.of_numbers(bodies)
         if self.params.starts_clear:
-            hidden &= hidden_by != 0
+            hidden &= volume.of_numbers(self._unseen[self._hidden_by != 0])
         if self.params.policy is HiddenPolicy.KNOWN_BODIES:
-            hidden = self._suspicious(cell_map, sight.states, hidden, bodies)
-        self._seen_s, self._spec, self._occupied = cell_map.stamp_s, cell_map.spec, hidden
+            hidden = self._suspicious(cell_map, sight, hidden, bodies)
+        self._seen_s, self._occupied = stamp_s, volume.image(hidden)
 
     @property
     def movable(self) -> Dict[str, str]:
@@ -127,7 +128,8 @@ class HiddenSpace:
         if self._occupied is None or not self._occupied.any():
             return {}
         cells = np.argwhere(self._occupied)
-        values = self._hidden_by[self._occupied]
+        numbers = np.flatnonzero(self._occupied)
+        values = self._hidden_by[np.searchsorted(self._unseen, numbers)]
         groups: Dict[str, List[IntArray]] = {}
         for value in np.unique(values):
             groups.setdefault(self._hider(int(value)), []).append(cells[values == value])
@@ -139,41 +141,47 @@ class HiddenSpace:
         movable = [found.name for found in named if found.kind in ROBOT_KINDS or found.name.startswith(UNKNOWN)]
         return min(movable or [found.name for found in named] or [""])
 
-    def _suspicious(
-        self, cell_map: CellMap, states: npt.NDArray[np.int8], hidden: BoolArray, bodies: BoolArray
-    ) -> BoolArray:
-        """Hidden cells that are not known to be free."""
-        stamp_s, spec = cell_map.stamp_s, cell_map.spec
-        stray = _clustered((states == CellState.OCCUPIED) & ~_grown(bodies))
-        things = _cells_of(cell_map, registered=False) | stray
-        room = hidden & _room(spec, hidden | (bodies & ~_shrunk(bodies)), self.params.least_m)
-        known = (states >= CellState.FREE) | bodies
-        if spec != self._spec or not stamp_s >= self._seen_s:
-            self._known_s: FloatArray = np.full(spec.shape, stamp_s if self.params.starts_clear else -math.inf)
-            self._gap: BoolArray = np.zeros(spec.shape, dtype=np.bool_)
-            self._possible: BoolArray = room & ~known & (not self.params.starts_clear)
-            self._things = things
-            self._border = _border(spec)
-            self._seen_s = stamp_s
-        steps = math.ceil(self.params.speed_m_s * (stamp_s - self._seen_s) / float(min(spec.resolution)))
-        reached = self._possible | self._things | things
-        for _ in range(min(max(1, steps), max(spec.shape))):
-            reached = _grown(reached) | self._border
-        self._possible = reached & room
-        self._things = things
-        self._known_s[known] = stamp_s
-        self._gap[known] = False
-        self._gap |= hidden & ~self._by_registered()
-        recent = stamp_s - self._known_s <= self.params.age_s
-        return self._possible | (room & self._gap & ~recent) | (hidden & ~np.isfinite(self._known_s))
+    def _start(self, spec: GridSpec, stamp_s: float) -> None:
+        """Nothing is known of what was before the first map, but for the scene's word."""
+        sizes = [max(1, math.ceil(self.params.least_m / step - ROUNDING)) for step in spec.resolution]
+        self._spec, self._seen_s, self._least = spec, stamp_s, sizes
+        self._volume = Volume(spec.shape, max(sizes))
+        clear = self.params.starts_clear
+        self._known_s: FloatArray = np.full(spec.shape, stamp_s if clear else -math.inf)
+        self._ever = self._volume.field if clear else 0
+        self._gap, self._things = 0, 0
+        self._possible = 0 if clear else self._volume.field
 
-    def _by_registered(self) -> BoolArray:
-        """Cells (gx, gy, gz) that registered bodies hide, and nothing else."""
+    def _suspicious(self, cell_map: CellMap, sight: Visibility, hidden: VolumeSet, bodies: IntArray) -> VolumeSet:
+        """Hidden cells that are not known to be free; ``bodies`` as numbers (n,)."""
+        stamp_s, volume = cell_map.stamp_s, self._volume
+        solid = volume.of_numbers(bodies)
+        seen = volume.of_numbers(np.flatnonzero(sight.states == CellState.OCCUPIED))
+        stray = volume.clustered(seen & ~volume.grown(solid))
+        things = volume.of_numbers(volume.numbers_of(_cells_of(cell_map, registered=False))) | stray
+        room = hidden & volume.opened(hidden | (solid & ~volume.shrunk(solid)), self._least)
+        steps = math.ceil(self.params.speed_m_s * (stamp_s - self._seen_s) / float(min(cell_map.spec.resolution)))
+        reached = self._possible | self._things | things
+        for _ in range(min(max(1, steps), max(volume.shape))):
+            reached = volume.grown(reached) | volume.border
+        self._possible, self._things = reached & room, things
+        np.copyto(self._known_s, stamp_s, where=sight.states >= CellState.FREE)
+        self._known_s.reshape(-1)[bodies] = stamp_s
+        known = volume.field & ~volume.of_numbers(self._unseen) | solid
+        self._ever |= known
+        self._gap = self._gap & ~known | hidden & ~self._by_registered()
+        doubtful = room & self._gap
+        if doubtful:
+            doubtful &= ~volume.of_numbers(np.flatnonzero(stamp_s - self._known_s <= self.params.age_s))
+        return self._possible | doubtful | room & ~self._ever
+
+    def _by_registered(self) -> VolumeSet:
+        """Cells that registered bodies hide, and nothing else."""
         others = NO_HIDER
         for k, found in enumerate(self._objects):
             others |= _bit(k) if found.name.startswith(UNKNOWN) else 0
-        by_registered: BoolArray = (self._hidden_by != 0) & ((self._hidden_by & np.uint32(others)) == 0)
-        return by_registered
+        by_registered = (self._hidden_by != 0) & ((self._hidden_by & np.uint32(others)) == 0)
+        return self._volume.of_numbers(self._unseen[by_registered])
 
 
 def _bit(k: int) -> int:
@@ -187,69 +195,6 @@ def _label(who: str, objects: List[MappedObject], cells: IntArray) -> str:
     return f"a hidden space of {len(cells)} cells from {tuple(int(v) for v in cells[0])} on ({why})"
 
 
-def _cells_of(cell_map: CellMap, registered: bool) -> BoolArray:
-    """(gx, gy, gz) cells of the registered objects, or of the others."""
-    taken = np.zeros(cell_map.spec.shape, dtype=np.bool_)
-    objects: Mapping[str, MappedObject] = cell_map.objects
-    for name, found in objects.items():
-        if name.startswith(UNKNOWN) != registered:
-            taken[tuple(found.cells.T)] = True
-    return taken
-
-
-def _grown(cells: BoolArray) -> BoolArray:
-    """Cells with their 26 neighbours."""
-    for axis in range(3):
-        last = np.moveaxis(cells, axis, 0)
-        grown = last.copy()
-        grown[1:] |= last[:-1]
-        grown[:-1] |= last[1:]
-        cells = np.moveaxis(grown, 0, axis)
-    return cells
-
-
-def _shrunk(cells: BoolArray) -> BoolArray:
-    """Cells all of whose 26 neighbours are among them, the border's outside included."""
-    shrunk: BoolArray = ~_grown(~cells)
-    return shrunk
-
-
-def _clustered(cells: BoolArray) -> BoolArray:
-    """Cells in groups: one with two more among its 26 neighbours, and those; fewer are noise."""
-    count = cells.astype(np.int8)
-    for axis in range(3):
-        last = np.moveaxis(count, axis, 0)
-        total = last.copy()
-        total[1:] += last[:-1]
-        total[:-1] += last[1:]
-        count = np.moveaxis(total, 0, axis)
-    clustered: BoolArray = cells & _grown(cells & (count > 2))
-    return clustered
-
-
-def _room(spec: GridSpec, free_of_sight: BoolArray, least_m: float) -> BoolArray:
-    """Cells (gx, gy, gz) that are part of a box of such cells, edges ``least_m``; it may reach out of the volume.
-
-    A morphological opening: the box shrinks the cells along each axis, then grows them. Nothing is under the floor.
-    """
-    sizes = [max(1, math.ceil(least_m / step - ROUNDING)) for step in spec.resolution]
-    pads = [(n, n) for n in sizes[:2]] + [(0, sizes[2])]
-    room: BoolArray = np.pad(free_of_sight, pads, constant_values=True)
-    for axis, n in enumerate(sizes):
-        last = np.moveaxis(room, axis, 0)
-        room = np.moveaxis(np.logical_and.reduce([last[k : len(last) - n + 1 + k] for k in range(n)]), 0, axis)
-    for axis, n in enumerate(sizes):
-        last = np.moveaxis(room, axis, 0)
-        grown = np.zeros((len(last) + n - 1, *last.shape[1:]), dtype=np.bool_)
-        for k in range(n):
-            grown[k : k + len(last)] |= last
-        room = np.moveaxis(grown, 0, axis)
-    gx, gy, gz = spec.shape
-    return room[sizes[0] : sizes[0] + gx, sizes[1] : sizes[1] + gy, :gz]
-
-
-def _border(spec: GridSpec) -> BoolArray:
-    """Cells (gx, gy, gz) at the sides and the top of the volume: what is outside is not seen; nobody is below."""
-    border = np.zeros(spec.shape, dtype=np.bool_)
-    border[[0, -1]] = border[:, [0, -1]] = border[:, :, -1] = True
-    return border
+def _cells_of(cell_map: CellMap, registered: bool) -> List[IntArray]:
+    """Cells (n, 3) of each of the registered objects, or of the others."""
+    return [found.cells for name, found in cell_map.objects.items() if name.startswith(UNKNOWN) != registered]

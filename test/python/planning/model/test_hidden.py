@@ -176,6 +176,13 @@ def test_what_was_never_seen_is_free_only_where_the_scene_says_so(starts_clear, 
     assert maps.see().see(BEHIND, periods=60).count == 0
 
 
+def test_what_was_never_seen_is_free_where_there_is_no_room_for_what_is_looked_for():
+    thin = np.s_[8:9, 8:12, 0:3]
+    params = HiddenParams(HiddenPolicy.KNOWN_BODIES, least_m=0.25)
+    assert Maps(params).see(thin, periods=60).count == 0
+    assert Maps(replace(params, least_m=0.2)).see(thin, periods=60).count == 12, "with a cell of the robot's skin"
+
+
 @pytest.mark.parametrize(("starts_clear", "occupied"), [(True, 0), (False, 12)])
 def test_where_no_camera_looks_the_scenes_word_holds(starts_clear, occupied):
     corner = (slice(18, 20), slice(18, 20), slice(3, 6))
