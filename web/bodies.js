@@ -15,6 +15,7 @@ export class Bodies {
   constructor(stage) {
     this.root = new THREE.Group();
     this.frames = [];
+    this.placed = new Map(); // the frames by name, until the next scene
     this.bodies = [];
     this.cameras = [];
     this.version = -1;
@@ -22,7 +23,12 @@ export class Bodies {
     this.layers = { bodies: true, cameras: true, areas: true };
   }
 
-  /** Build everything anew from a scene message. */
+  /** The next scene is another one's: nothing in it is where this one's was. */
+  forget() {
+    this.placed.clear();
+  }
+
+  /** Build everything anew from a scene message; until poses come, what was there before stays where it is. */
   build({ header, arrays }) {
     this.root.traverse((item) => {
       if (item.material) item.material.dispose();
@@ -32,11 +38,14 @@ export class Bodies {
     this.version = header.version;
     this.frames = header.frames.map((name) => {
       const frame = new THREE.Group();
+      const before = this.placed.get(name);
+      if (before) frame.copy(before, false);
       frame.name = name;
-      frame.visible = false;
+      frame.visible = Boolean(before && before.visible);
       this.root.add(frame);
       return frame;
     });
+    this.placed = new Map(this.frames.map((frame) => [frame.name, frame]));
     const robots = header.bodies.filter((body) => body.kind === "Mobile").map((body) => body.name).sort();
     this.bodies = header.bodies.map((body) => ({
       ...body, colour: colourOf(body.name, body.kind, robots), seed: this.frames[body.frame], meshes: [],

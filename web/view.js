@@ -47,6 +47,7 @@ export class View {
 
   /** Another source: nothing of what is drawn may be taken for its own. */
   forget() {
+    this.bodies.forget();
     this.cells.stamp = null;
     this.looked = 0;
     this.around = "";

@@ -15,6 +15,7 @@ from support.browser import chromium
 from support.console_stand import RecordingCell
 from support.page_stand import SMALL_PX, TOKEN, UNPAINTED, BusyCellView, live, page_served
 from yarm.commander.states import STATE_DOCS, State
+from yarm.console.cell import Part
 from yarm.console.film import Film
 from yarm.console.floor_film import FloorFilm
 from yarm.console.picture import BodyDrawing
@@ -418,6 +419,31 @@ def test_what_it_keeps_does_not_grow_with_the_pictures(desk, tmp_path):
             assert after["nodes"] < 1.5 * before["nodes"], (before, after)
 
     desk.run(watch())
+
+
+class LateView(BusyCellView):
+    """A cell that has another piece with every tenth picture, and whose poses are still of the first scene."""
+
+    def __init__(self):
+        super().__init__(busy=False)
+
+    def parts(self):
+        version = self._made // 10
+        piece = BodyDrawing(f"new_{version}", "Debris", "dynamic", f"new_{version}")
+        scene = self._scene()
+        drawn = replace(scene, bodies=[*scene.bodies, piece])
+        return {**super().parts(), "scene": Part(version, drawn.message(version))}
+
+
+def test_what_was_there_before_is_shown_while_the_poses_of_a_new_scene_are_on_their_way(desk, tmp_path):
+    async def look():
+        async with page_of(desk, LateView(), tmp_path, size=SMALL_PX) as browser:
+            await browser.until("yarmConsole.bodies().length > 0 && yarmConsole.pictures() > 30", LIMIT_S)
+            *known, new = await browser.run("yarmConsole.bodies()")
+            assert [body["at"] is not None for body in known] == [True, True], known
+            assert new["name"] not in ("new_0", "debris_0") and new["at"] is None, new
+
+    desk.run(look())
 
 
 async def held(browser):
