@@ -6,8 +6,8 @@ source tools/steps.sh
 # shellcheck source=tools/env.sh
 source tools/env.sh
 
-# What was compiled in one checkout need not be in another one: paths within it count as relative.
-export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
+# What was compiled in one checkout need not be in another one: paths within it count as relative, and no locale counts.
+export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=locale
 python="$PWD/.venv/bin/python3"
 if [ ! -f build/Makefile ] || [ CMakeLists.txt -nt build/Makefile ]; then
   step configure cmake -S . -B build -DCMAKE_BUILD_TYPE=Release \
