@@ -129,12 +129,13 @@ class ExperimentInputs:
             self._frames = {e.seed_frame: e.name for e in message.entries if e.object == ObjectKind.MOBILE}
             self._goal_frames = {e.seed_frame: e.name for e in message.entries if e.object in GOAL_KINDS}
             arms = [e.name for e in message.entries if e.object == ObjectKind.MANIPULATOR]
+            for arm in arms:
+                self.state.manipulators.setdefault(arm, Manipulator())
             self._flange_frames = {e.seed_frame: e.name for e in message.entries if e.name in arms}
             self._take_fixed_goals()
         for robot in self.state.robots:
             self._follow(robot, [(names.move_robot(robot) + "/goal", MoveRobotActionGoal, self._on_goal)])
         for arm in arms:
-            self.state.manipulators.setdefault(arm, Manipulator())
             self._follow(
                 arm,
                 [
