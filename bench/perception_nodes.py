@@ -4,10 +4,10 @@
     source tools/env.sh && python3 bench/perception_nodes.py
 
 Records camera sets from the simulator once, then plays them (a C++ player and probe) to the nodes as they are shipped,
-with and without another process keeping one core busy, for each back end and both ways of running the nodes. Prints a
-table, and one JSON object a line with ``--json``; what every single set took goes to
-``bench/data/perception_nodes.csv``, a row a case to ``perception_nodes_cases.csv``. ``--fuzz N`` also tries N clouds
-with lies in their layout.
+with and without another process keeping one core busy, for each back end, both ways of running the nodes, and with and
+without visibility (what no camera sees). Prints a table, and one JSON object a line with ``--json``; what every single
+set took goes to ``bench/data/perception_nodes.csv``, a row a case to ``perception_nodes_cases.csv``. ``--fuzz N`` also
+tries N clouds with lies in their layout.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import tempfile
 import time
 from itertools import islice
 from pathlib import Path
-from typing import Any, Dict, Iterator, List
+from typing import Any, Dict, Iterator, List, Tuple
 
 import numpy as np
 import psutil
@@ -37,11 +37,15 @@ BUILD = Path(os.environ.get("YARM_BUILD", ROOT / "build"))
 DEVEL = BUILD / "devel" if "YARM_BUILD" in os.environ else ROOT / "devel"
 PORT = 11399
 CASES = [
-    ("fused", True, False),
-    ("fused", True, True),
-    ("fused", False, True),
-    ("pcl", True, True),
+    ("fused", True, False, False),
+    ("fused", True, True, False),
+    ("fused", False, True, False),
+    ("pcl", True, True, False),
+    ("fused", True, False, True),
+    ("fused", True, True, True),
 ]
+"""Back end, in one process, one core busy, visibility."""
+CASE = ("backend", "nodelets", "busy", "visibility")
 CORES = ("perception", "merge_clouds", "cluster_assoc", "database")
 
 
@@ -112,10 +116,12 @@ def perception_processes(launch: subprocess.Popen) -> List[psutil.Process]:
     return [p for p in psutil.Process(launch.pid).children(recursive=True) if p.name() in CORES]
 
 
-def measure(recording: Path, sets: int, backend: str, nodelets: bool, busy: bool, folder: Path) -> Dict[str, Any]:
+def measure(recording: Path, sets: int, case: Tuple[str, bool, bool, bool], folder: Path) -> Dict[str, Any]:
     """One case: what the player saw, and what the nodes used for it."""
-    command = ["roslaunch", "yarm", "perception.launch", f"backend:={backend}", f"nodelets:={str(nodelets).lower()}"]
-    with launched(command, folder / f"perception_{backend}_{nodelets}_{busy}.log") as launch:
+    backend, nodelets, busy, visibility = case
+    command = ["roslaunch", "yarm", "perception.launch", f"backend:={backend}"]
+    command += [f"nodelets:={str(nodelets).lower()}", f"visibility:={str(visibility).lower()}"]
+    with launched(command, folder / f"perception_{'_'.join(map(str, case))}.log") as launch:
         wanted = 1 if nodelets else 3
         end = time.monotonic() + 30.0
         while len(perception_processes(launch)) < wanted and time.monotonic() < end:
@@ -138,7 +144,7 @@ def measure(recording: Path, sets: int, backend: str, nodelets: bool, busy: bool
     answered = [ms for ms in result["each_ms"] if ms is not None]
     p50, p99, most = np.percentile(answered, (50, 99, 100)) if answered else (math.nan,) * 3
     result.update(sent=len(result["each_ms"]), answered=len(answered), p50_ms=p50, p99_ms=p99, max_ms=most)
-    result.update(backend=backend, nodelets=nodelets, busy=busy, load=os.getloadavg()[0])
+    result.update(zip(CASE, case), load=os.getloadavg()[0])
     result["cpu_ms_per_set"] = 1000.0 * (after["cpu_s"] - before["cpu_s"]) / sets
     result["faults_per_set"] = (after["faults"] - before["faults"]) / sets
     result["share_of_core"] = (after["cpu_s"] - before["cpu_s"]) / elapsed
@@ -149,7 +155,8 @@ def print_row(result: Dict[str, Any]) -> None:
     """One line of the table."""
     print(
         f"{result['backend']:6} {'nodelets' if result['nodelets'] else 'processes':9} "
-        f"{'one core busy' if result['busy'] else 'quiet':13} {result['p50_ms']:7.1f} {result['p99_ms']:7.1f} "
+        f"{'one core busy' if result['busy'] else 'quiet':13} {'visibility' if result['visibility'] else '':10} "
+        f"{result['p50_ms']:7.1f} {result['p99_ms']:7.1f} "
         f"{result['max_ms']:7.1f} {result['sent'] - result['answered']:5d} of {result['sent']:5d} "
         f"{result['cpu_ms_per_set']:8.2f} {result['faults_per_set']:8.1f} {result['load']:6.1f}",
         flush=True,
@@ -158,15 +165,14 @@ def print_row(result: Dict[str, Any]) -> None:
 
 def save(results: List[Dict[str, Any]]) -> None:
     """The raw rows: a row a set, its latency empty when no map came, and a row a case."""
-    case = ("backend", "nodelets", "busy")
     sets = [
-        {**{key: result[key] for key in case}, "set": number, "ms": "" if ms is None else ms}
+        {**{key: result[key] for key in CASE}, "set": number, "ms": "" if ms is None else ms}
         for result in results
         for number, ms in enumerate(result["each_ms"])
     ]
     raw_rows.save(raw_rows.DATA / "perception_nodes.csv", sets)
     whole = [{key: value for key, value in result.items() if key != "each_ms"} for result in results]
-    ordered = [{key: row[key] for key in (*case, *(key for key in row if key not in case))} for row in whole]
+    ordered = [{key: row[key] for key in (*CASE, *(key for key in row if key not in CASE))} for row in whole]
     raw_rows.save(raw_rows.DATA / "perception_nodes_cases.csv", ordered)
 
 
@@ -191,12 +197,10 @@ def main() -> None:
             recording = options.recording or folder / "sets.bin"
             if not recording.is_file():
                 record(recording, options.scene, options.record_sets)
-            print(
-                f"{'':6} {'':9} {'':13}  p50 ms  p99 ms  max ms  dropped        CPU ms/set faults/set  load", flush=True
-            )
+            print(f"{'':6} {'':9} {'':13} {'':10}  p50 ms  p99 ms  max ms  dropped        CPU ms/set faults/set  load")
             results = []
-            for backend, nodelets, busy in CASES[: options.cases]:
-                results.append(measure(recording, options.sets, backend, nodelets, busy, folder))
+            for case in CASES[: options.cases]:
+                results.append(measure(recording, options.sets, case, folder))
                 print(json.dumps(results[-1])) if options.json else print_row(results[-1])
     save(results)
     if options.fuzz:

@@ -115,7 +115,9 @@ def lengths() -> List[str]:
 
 def perception() -> List[str]:
     found = {
-        backend: values(rows("perception_nodes", backend=backend, nodelets="True", busy="True"), "ms")
+        backend: values(
+            rows("perception_nodes", backend=backend, nodelets="True", busy="True", visibility="False"), "ms"
+        )
         for backend in ("fused", "pcl")
     }
     assert np.isfinite(found["fused"]).all(), "no set was lost"
