@@ -106,11 +106,14 @@ class HiddenSpace:
         self._unseen, self._hidden_by = np.flatnonzero(sight.unseen), sight.hidden_by
         self._objects = list(cell_map.objects.values())
         bodies = volume.numbers_of([*_cells_of(cell_map, registered=True), *robots])
-        hidden = volume.of_numbers(self._unseen) & ~volume.of_numbers(bodies)
+        unseen, solid = volume.of_numbers(self._unseen), volume.of_numbers(bodies)
+        hidden = unseen & ~solid
         if self.params.starts_clear:
             hidden &= volume.of_numbers(self._unseen[self._hidden_by != 0])
         if self.params.policy is HiddenPolicy.KNOWN_BODIES:
-            hidden = self._suspicious(cell_map, sight, hidden, bodies)
+            np.copyto(self._known_s, stamp_s, where=~sight.unseen)
+            self._known_s.reshape(-1)[bodies] = stamp_s
+            hidden = self._suspicious(cell_map, sight, hidden, solid, volume.field & ~unseen | solid)
         self._seen_s, self._occupied = stamp_s, volume.image(hidden)
 
     @property
@@ -152,10 +155,11 @@ class HiddenSpace:
         self._gap, self._things = 0, 0
         self._possible = 0 if clear else self._volume.field
 
-    def _suspicious(self, cell_map: CellMap, sight: Visibility, hidden: VolumeSet, bodies: IntArray) -> VolumeSet:
-        """Hidden cells that are not known to be free; ``bodies`` as numbers (n,)."""
+    def _suspicious(
+        self, cell_map: CellMap, sight: Visibility, hidden: VolumeSet, solid: VolumeSet, known: VolumeSet
+    ) -> VolumeSet:
+        """Hidden cells that are not known to be free; the cells of bodies, and those with what is seen, are known."""
         stamp_s, volume = cell_map.stamp_s, self._volume
-        solid = volume.of_numbers(bodies)
         seen = volume.of_numbers(np.flatnonzero(sight.states == CellState.OCCUPIED))
         stray = volume.clustered(seen & ~volume.grown(solid))
         things = volume.of_numbers(volume.numbers_of(_cells_of(cell_map, registered=False))) | stray
@@ -165,9 +169,6 @@ class HiddenSpace:
         for _ in range(min(max(1, steps), max(volume.shape))):
             reached = volume.grown(reached) | volume.border
         self._possible, self._things = reached & room, things
-        np.copyto(self._known_s, stamp_s, where=sight.states >= CellState.FREE)
-        self._known_s.reshape(-1)[bodies] = stamp_s
-        known = volume.field & ~volume.of_numbers(self._unseen) | solid
         self._ever |= known
         self._gap = self._gap & ~known | hidden & ~self._by_registered()
         doubtful = room & self._gap
