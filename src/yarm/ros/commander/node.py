@@ -1,7 +1,8 @@
 """Node ``commander``: carries events to the Commander's core and does what it asks for.
 
 Event-driven: each ``planning_metadata`` is one step, together with everything that came since the last one. A thread
-wakes a few times a second of wall time only to notice silence.
+wakes a few times a second of wall time only to notice silence; in lock-step a map that is late is waited for by
+everybody, and only one that simulated time has passed is missing.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ from yarm.srv import (
 WATCH_PERIOD_S = 0.2
 """Wall time between two looks for silence, s."""
 SILENCE_S = 0.4
-"""Without a map for this long, wall time, the watch takes over from the maps, s."""
+"""Without a map for this long, wall time, the watch takes over from the maps, s; in lock-step simulated time, too."""
 STATUS_PERIOD_S = 1.0
 SAME_STAMP_S = 0.004
 
@@ -142,13 +143,23 @@ class CommanderNode:
         beat_in_background()
         while not rospy.is_shutdown():
             time.sleep(WATCH_PERIOD_S)
-            if time.monotonic() - self._last_map_wall_s > SILENCE_S and not rospy.is_shutdown():
-                with self._lock:
-                    now_s = rospy.get_time()
-                    self._inbox.append(Tick())
-                    self._drain(now_s)
-                    self._permit(now_s)
-                    self._show(now_s)
+            if not rospy.is_shutdown():
+                self._watch()
+
+    def _watch(self) -> None:
+        """Take over when no maps come. What lies in the inbox then is of one moment or another of wall time."""
+        with self._lock:
+            now_s = rospy.get_time()
+            if self._silent(now_s):
+                self._inbox.append(Tick())
+                self._drain(now_s)
+                self._permit(now_s)
+                self._show(now_s)
+
+    def _silent(self, now_s: float) -> bool:
+        """In lock-step everybody waits for a map that is late; one that simulated time has passed is missing."""
+        missing = not self._params.sync or self._core.cell.map is None or abs(now_s - self._stamp_s()) > SILENCE_S
+        return missing and time.monotonic() - self._last_map_wall_s > SILENCE_S
 
     # Callbacks.
 

@@ -45,6 +45,7 @@ from yarm.safety.pulse import Pulse
 
 WATCH_PERIOD_S = 0.5
 SILENCE_S = 3.0
+SAME_TICK_S = 1e-4
 PROGRESS_PERIOD_S = 0.1
 Axes = Tuple[float, float, float, float]
 
@@ -182,7 +183,17 @@ class SanderNode:
         if not self._params.sync_after:
             return True
         ack = self._ack_after
-        return ack is not None and ack.header.stamp.to_sec() >= stamp_s - 1e-4 and self._received >= ack.commands_sent
+        return (
+            ack is not None and self._done(ack.header.stamp.to_sec(), stamp_s) and self._received >= ack.commands_sent
+        )
+
+    def _done(self, done_s: float, stamp_s: float) -> bool:
+        """Whether the controls server, done with one tick, s, is with this one, the next that has come here.
+
+        What comes, comes in order: one between the last and this has been lost here, as ticks may be before lock-step
+        begins. It waits for the answer to that and will not do this one before it.
+        """
+        return done_s >= stamp_s - SAME_TICK_S or done_s > self._last_s + SAME_TICK_S
 
     def _driver_listens(self) -> bool:
         """A motion sent to nobody would be believed under way: until somebody listens nothing is decided or said.
