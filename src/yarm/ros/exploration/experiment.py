@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from pathlib import Path
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Deque, Dict, Optional
 
 import rospy
 from nav_msgs.msg import OccupancyGrid
@@ -42,6 +43,8 @@ PROGRESS_S = 1.0
 POLL_S = 0.05
 ENDED = (State.DONE.value, State.FAILED.value)
 CUT_SHORT = "ROS is shutting down"
+KEPT_EARLY = 200
+"""Poses and contacts that are kept until it is known when the run began."""
 
 
 class Exploration:
@@ -63,6 +66,7 @@ class Exploration:
         self._lock = threading.Lock()
         self._status: Optional[ExplorerStatus] = None
         self._started_s: Optional[float] = None
+        self._early: Deque[Callable[[], None]] = deque(maxlen=KEPT_EARLY)
         self._now_s = 0.0
         self._running = False
         self._said_wall, self._said_s = 0.0, 0.0
@@ -163,6 +167,12 @@ class Exploration:
             return
         say(progress_line(status, rate, share, bumps))
 
+    def _once_started(self, take: Callable[[], None]) -> None:
+        """Take in what may be older than the word that the run has begun, and come before it."""
+        self._early.append(take)
+        while self._started_s is not None and self._early:
+            self._early.popleft()()
+
     def _since_start(self, stamp: rospy.Time) -> float:
         return float("-inf") if self._started_s is None else float(stamp.to_sec()) - self._started_s
 
@@ -197,16 +207,22 @@ class Exploration:
     def _on_truth(self, message: OdometryMessage) -> None:
         with self._lock:
             self._now_s = max(self._now_s, message.header.stamp.to_sec())
-            self._recorder.truth(self._since_start(message.header.stamp), pose2_of_pose(message.pose.pose))
+            self._once_started(lambda: self._take_truth(message))
+
+    def _take_truth(self, message: OdometryMessage) -> None:
+        self._recorder.truth(self._since_start(message.header.stamp), pose2_of_pose(message.pose.pose))
 
     def _on_contacts(self, message: Contacts) -> None:
         with self._lock:
-            for contact in message.contacts:
-                bodies = {contact.body_a, contact.body_b}
-                others = bodies - {turtlebot.TYPE, "floor"}
-                if turtlebot.TYPE in bodies and len(others) == 1:
-                    at_s = self._since_start(message.header.stamp)
-                    self._recorder.touch(at_s, others.pop(), contact.point.x, contact.point.y)
+            self._once_started(lambda: self._take_contacts(message))
+
+    def _take_contacts(self, message: Contacts) -> None:
+        for contact in message.contacts:
+            bodies = {contact.body_a, contact.body_b}
+            others = bodies - {turtlebot.TYPE, "floor"}
+            if turtlebot.TYPE in bodies and len(others) == 1:
+                at_s = self._since_start(message.header.stamp)
+                self._recorder.touch(at_s, others.pop(), contact.point.x, contact.point.y)
 
 
 def main() -> int:
