@@ -130,7 +130,7 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--hidden",
         choices=[policy.value for policy in HiddenPolicy],
-        default=HiddenPolicy.FREE.value,
+        default=HiddenPolicy.KNOWN_BODIES.value,
         help="what cells that no camera sees count as (docs/planning.md)",
     )
     options.add_argument(
