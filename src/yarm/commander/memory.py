@@ -157,3 +157,4 @@ def restore(cell: CellState, memory: Memory, now_s: float) -> None:
     cell.refused, cell.full_bins = dict(memory.refused), dict(memory.full_bins)
     cell.at_work = set(memory.at_work)
     cell.queue.take_up([record.task(now_s) for record in memory.tasks])
+    cell.hidden.begin_unwatched()

@@ -80,6 +80,18 @@ def test_what_a_registered_robot_hides_is_driven_into_and_so_is_anything_when_hi
         assert cell.status.outcome == "succeeded", hidden
 
 
+def test_after_a_commanders_death_what_was_hidden_meanwhile_has_to_be_seen_first():
+    cell = mission("known_bodies", hider="ankurbot_2", leaves_m=0.3)
+    cell.run(lambda: cell.robots["ankurbot_1"].goal is not None, 30.0)
+    assert "hidden" not in reasons(cell)
+    cell.start_commander_again(taken_up=True)
+    cell.run(lambda: "(behind ankurbot_2, which would have to move)" in reasons(cell), 30.0)
+    cell.run(cell.idle, 90.0)
+    assert cell.status.outcome == "succeeded"
+    moved = math.dist(cell.place, (cell.robots["ankurbot_2"].x, cell.robots["ankurbot_2"].y))
+    assert moved > 0.3, "it was reached unseen"
+
+
 def test_who_would_have_to_move_is_told():
     cell = mission("occupied", hider="ankurbot_2")
     cell.run(lambda: "hidden" in reasons(cell), 30.0)

@@ -67,12 +67,18 @@ class HiddenSpace:
 
     def forget(self) -> None:
         """The simulator was started again: nothing seen before is true any more."""
+        self._unwatched = False
         self._spec: Optional[GridSpec] = None
         self._seen_s = math.nan
         self._occupied: Optional[BoolArray] = None
         self._unseen: IntArray = np.empty(0, dtype=np.int64)
         self._hidden_by = np.empty(0, dtype=np.uint32)
         self._objects: List[MappedObject] = []
+
+    def begin_unwatched(self) -> None:
+        """Nobody has followed the cell for a while: what the next map hides may hold something that has come since."""
+        self.forget()
+        self._unwatched = True
 
     @property
     def occupied(self) -> Optional[BoolArray]:
@@ -153,7 +159,8 @@ class HiddenSpace:
         self._known_s: FloatArray = np.full(spec.shape, stamp_s if clear else -math.inf)
         self._ever = self._volume.field if clear else 0
         self._gap, self._things = 0, 0
-        self._possible = 0 if clear else self._volume.field
+        self._possible = 0 if clear and not self._unwatched else self._volume.field
+        self._unwatched = False
 
     def _suspicious(
         self, cell_map: CellMap, sight: Visibility, hidden: VolumeSet, solid: VolumeSet, known: VolumeSet

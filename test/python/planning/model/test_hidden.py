@@ -72,6 +72,16 @@ def test_what_is_hidden_by_a_registered_body_stays_free_however_long():
     assert maps.space.by_hider() == {}
 
 
+def test_what_is_hidden_when_somebody_takes_over_is_not_known_to_be_free_until_it_is_seen():
+    maps = Maps().see().see(BEHIND)
+    maps.space.begin_unwatched()
+    assert maps.see(BEHIND, periods=90).count == 48
+    assert maps.see().see(BEHIND, periods=90).count == 0
+    maps.space.begin_unwatched()
+    maps.space.forget()
+    assert maps.see(BEHIND).count == 0, "the simulator was started again, and begins as the scene says"
+
+
 def test_what_something_else_hides_is_free_for_a_while_only():
     crate = body("unknown_1", block((1, 3), (1, 3)))
     for bits in (NO_HIDER, NO_HIDER | 1, 2):
