@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from support.launched import ROOT, Launched, LaunchedTestError, run
-from yarm.ros.experiment.launcher import free_port
+from yarm.ros.experiment.ports import free_port
 
 LIMIT_S = 600.0
 ARENA = Path(__file__).with_name("explored_room.yaml")

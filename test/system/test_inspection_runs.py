@@ -17,7 +17,8 @@ import yaml
 from support.launched import ROOT, Launched, LaunchedTestError, run
 from yarm.experiments.inspect.writers import FILES, REPORT_FILES
 from yarm.inspection.model import OURS, PRINTED, REPORT
-from yarm.ros.experiment.launcher import INTERRUPTED, free_port
+from yarm.ros.experiment.launcher import INTERRUPTED
+from yarm.ros.experiment.ports import free_port
 from yarm.ros.inspection.experiment import CUT_SHORT
 
 pytestmark = pytest.mark.xdist_group("inspection_runs")  # they look at the files of one run

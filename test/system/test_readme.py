@@ -16,7 +16,7 @@ from urllib.request import urlopen
 import pytest
 
 from support.launched import ROOT, Launched, run
-from yarm.ros.experiment.launcher import free_port
+from yarm.ros.experiment.ports import free_port
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LIMIT_S = 600.0

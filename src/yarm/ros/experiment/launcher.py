@@ -6,7 +6,6 @@ import argparse
 import math
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -29,6 +28,7 @@ from yarm.robots.turns import FINER_TURNS_DEG, QUARTER_TURNS_DEG
 from yarm.ros.common.launch_arguments import CHECKS, faults
 from yarm.ros.experiment.console import Console, last_words
 from yarm.ros.experiment.page import look_back, page
+from yarm.ros.experiment.ports import free_port
 from yarm.sim.checks.cell_check import unreachable_goals
 from yarm.sim.scenes.random_cell import KINDS, random_cell
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene
@@ -360,13 +360,6 @@ def verdict(summary: Path) -> int:
         sys.stderr.write(f"the experiment ended without results: {summary} was not written; see the output above\n")
         return 1
     return 0 if yaml.safe_load(summary.read_text()).get("success") is True else 1
-
-
-def free_port() -> int:
-    """A port nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return int(probe.getsockname()[1])
 
 
 class Family:

@@ -15,8 +15,8 @@ from typing import Iterator, List, Sequence
 from yarm.console.access import new_token
 from yarm.console.params import ConsoleParams
 from yarm.console.results import FILM
+from yarm.ros.experiment.ports import HOST, free_port, is_free
 
-HOST = "127.0.0.1"
 POLL_S = 0.2
 """Wall time between two looks whether the page answers, s."""
 PORT = "console_port:="
@@ -24,12 +24,7 @@ PORT = "console_port:="
 
 def page_port(wanted: int = ConsoleParams.port) -> int:
     """The usual port of the page; a free one when somebody listens there."""
-    for port in (wanted, 0):
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((HOST, port))
-            return int(probe.getsockname()[1])
-    raise OSError(f"no free port on {HOST}")
+    return wanted if is_free(wanted) else free_port()
 
 
 @contextlib.contextmanager

@@ -17,8 +17,9 @@ import yaml
 
 from yarm.experiments.run.ledger import LedgerError
 from yarm.experiments.run.repeat import RESULT, decision_at, recorded_arguments
-from yarm.ros.experiment.launcher import INTERRUPTED, MISSION_LIMIT_S, free_port, launch
+from yarm.ros.experiment.launcher import INTERRUPTED, MISSION_LIMIT_S, launch
 from yarm.ros.experiment.page import page
+from yarm.ros.experiment.ports import free_port
 
 HOLD_LIMIT_S = 7 * 24 * 3600.0
 

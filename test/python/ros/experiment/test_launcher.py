@@ -18,7 +18,6 @@ from yarm.ros.experiment.launcher import (
     command,
     exploration_command,
     folder_of,
-    free_port,
     inspection_command,
     parser,
     run,
@@ -114,10 +113,6 @@ def test_a_soak_has_the_time_it_needs() -> None:
     assert wall_limit_s(parser().parse_args([])) == 900.0
     assert wall_limit_s(parser().parse_args(["--soak", "3600"])) == 900.0 + 4 * 3600.0
     assert wall_limit_s(parser().parse_args(["--soak", "3600", "--wall-limit", "60"])) == 60.0
-
-
-def test_a_free_port_is_free() -> None:
-    assert 1024 < free_port() < 65536
 
 
 def test_orphans_of_the_child_are_ended_too() -> None:
