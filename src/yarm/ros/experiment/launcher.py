@@ -130,7 +130,7 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--hidden",
         choices=[policy.value for policy in HiddenPolicy],
-        default=HiddenPolicy.KNOWN_BODIES.value,
+        default=HiddenPolicy.FREE.value,
         help="what cells that no camera sees count as (docs/planning.md)",
     )
     options.add_argument(
