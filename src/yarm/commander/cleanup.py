@@ -10,7 +10,8 @@ from yarm.commander.cell_state import CellState
 from yarm.commander.continuous import mission_for
 from yarm.commander.events import Action, DeleteDone, GoalDone, Level, Log, Outcome, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.mission import Mission, Tools
+from yarm.commander.mission import Mission
+from yarm.commander.tools import Tools
 from yarm.control.actions import ArmAction
 from yarm.planning.model.types import Goal, GoalKind
 from yarm.planning.why.causes import Circumstances

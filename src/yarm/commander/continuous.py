@@ -16,10 +16,11 @@ from yarm.commander.assignment import Assignments
 from yarm.commander.cell_state import CellState
 from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, ShowPlan, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.mission import Answer, Mission, Tools
+from yarm.commander.mission import Mission
 from yarm.commander.params import CheckSteps, Execution
 from yarm.commander.releases import SAME_TIME_S, SEEN_WITHIN_S, Releases
 from yarm.commander.steps import CheckedSteps
+from yarm.commander.tools import Tools
 from yarm.geometry import IntArray
 from yarm.planning.model.types import PlannedMove, PlanRequest, Robot, StepCheck, Waypoint
 from yarm.planning.tasks.task import Task
@@ -36,7 +37,6 @@ class ContinuousMission(Mission):
         """See ``Mission``."""
         super().__init__(cell, tools, assignments, bounded)
         self._releases = Releases(cell)
-        self._asked: Optional[Tuple[float, PlanRequest, Answer]] = None
         self._asked_ends: Dict[str, Waypoint] = {}
         self._carried_out: Optional[PlanRequest] = None
         self._adopted_s = -math.inf
@@ -109,13 +109,12 @@ class ContinuousMission(Mission):
 
     def _take_plan(self, now_s: float) -> bool:
         """The plan asked for takes effect when its time has come; whether one did."""
-        if self._asked is None or now_s < self._asked[0] + self.cell.params.plan_delay_s - SAME_TIME_S:
+        if self._asked is None or now_s < self._asked[1] + self.cell.params.plan_delay_s - SAME_TIME_S:
             return False
-        _, request, answer = self._asked
-        plan = answer()
-        if plan is None:
+        answered = self._answered()
+        if answered is None:
             return False
-        self._asked = None
+        request, _, plan = answered
         if not self._releases.adopt(request, plan):
             return False
         self._carried_out, self._planned, self._adopted_s = request, plan, now_s
@@ -137,7 +136,7 @@ class ContinuousMission(Mission):
         refused = ""
         before_s = self._tools.stopwatch_s()
         found = [(index, move, robot) for index, move, robot in self._releases.ready(self._queue.assignments)]
-        request = self._checked_request() if found else None
+        request = self._request(self._releases.seen) if found else None
         for index, move, robot in found:
             if request is None or self._refused.get(move, -math.inf) > now_s - self.cell.params.retry_s:
                 continue
@@ -159,9 +158,7 @@ class ContinuousMission(Mission):
         for index, move, robot in self._releases.onward(self._queue.assignments):
             if self._unsuitable.get(move, -math.inf) > now_s - self.cell.params.recheck_s + SAME_TIME_S:
                 continue
-            request = self._checked_request()
-            if request is None:
-                continue
+            request = self._request(self._releases.seen)
             if self._verdict(request, move, self._releases.ways[robot.name]).safe:
                 actions.append(self._send(request, index, move, robot, now_s, self._passed("")))
             else:
@@ -177,11 +174,6 @@ class ContinuousMission(Mission):
         self._guard.watch_cells(robot.name, sweep.cells[request.spec.contains(sweep.cells)])
         target, via = self.cell.target_of(move.end), tuple(map(self.cell.target_of, by))
         return self._send_step(robot.name, target, Waypoint(robot.column, robot.yaw_rad), now_s, via, why)
-
-    def _checked_request(self) -> PlanRequest:
-        """The map of now, with the robots under way where they are seen."""
-        request = self.cell.request({}, {}, self._forbidden(), self._releases.seen)
-        return replace(self._full(request), assignments=dict(self._queue.assignments))
 
     def _verdict(self, request: PlanRequest, move: PlannedMove, by: Tuple[Waypoint, ...] = ()) -> StepCheck:
         """The checker's, with the others under way from where they stood, and if that fails, from where they are seen.
@@ -230,8 +222,7 @@ class ContinuousMission(Mission):
             return self._nothing_assigned(now_s)
         self._quiet_since_s = None
         request = replace(request, under_way=self._releases.cells)
-        planner, rng = self._tools.planner, self._tools.rng
-        self._asked = (now_s, request, self._tools.begin(lambda: planner.plan(request, rng)))
+        self._asked = request, now_s, self._tools.ask(request)
         self._asked_ends = self._releases.targets
         return []
 
@@ -243,12 +234,6 @@ class ContinuousMission(Mission):
     def _covers_all(self) -> bool:
         """Whether the plan being carried out is for the goals that the robots have now."""
         return self._carried_out is not None and self._queue.assignments == self._carried_out.assignments
-
-    def _nothing_assigned(self, now_s: float) -> List[Action]:
-        if self._hands.busy or self._on_the_way():
-            self.reason, self._quiet_since_s = self._hands.busy, None
-            return []
-        return self._idle(now_s)
 
     def _still_ahead(self, robot: str, cells: IntArray) -> bool:
         """Whether cells (n, 3) of a sweep are in what is left of it, where the robot is seen now, or beside that."""

@@ -42,12 +42,13 @@ from yarm.commander.events import (
 from yarm.commander.goals import Purpose
 from yarm.commander.ledger import Ledger
 from yarm.commander.memory import Memory, Work, restore, with_cell
-from yarm.commander.mission import Mission, Tools
+from yarm.commander.mission import Mission
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request, Situation, decide
 from yarm.commander.states import MISSION_STATES, TABLE, State, Trigger, check_table
 from yarm.commander.supervision import Supervisor
 from yarm.commander.take_up import TakeUp
+from yarm.commander.tools import Tools
 from yarm.planning.why.causes import Circumstances
 
 WORKS: Dict[Type[Activity], Work] = {

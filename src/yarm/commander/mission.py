@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
-
-import numpy as np
+from dataclasses import replace
+from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from yarm.commander.activity import Activity, Ending
 from yarm.commander.assignment import Assignments
@@ -29,11 +27,12 @@ from yarm.commander.handling import Handling, Job
 from yarm.commander.memory import Step
 from yarm.commander.params import CheckSteps
 from yarm.commander.recovery import way_in
-from yarm.commander.steps import CheckedSteps, StepGuard, sendable
+from yarm.commander.steps import CheckedSteps, StepGuard, sendable, starts_alike
+from yarm.commander.tools import Answer, Tools
 from yarm.control.actions import MobileAction
 from yarm.geometry import BoolArray, IntArray
 from yarm.geometry.kinds import ObjectKind
-from yarm.planning.model.types import FleetPlan, FleetPlanner, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint
+from yarm.planning.model.types import FleetPlan, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint
 from yarm.planning.tasks.task import BODIES, Task, TaskStatus
 from yarm.planning.verification.checker import check_release, robotless_map
 from yarm.planning.why.causes import Circumstances
@@ -44,34 +43,6 @@ PASSED, UNCHECKED, COMES_IN, REFUSED = "safe", "not asked", "not asked: straight
 """What the checker says of a step that is sent; REFUSED is followed by the reason."""
 KEEP_CLEAR_COLUMNS = 1
 """An idle robot stays out of the private areas inflated by this many columns (0.6 m from the part)."""
-
-
-Planning = Callable[[], FleetPlan]
-Answer = Callable[[], Optional[FleetPlan]]
-"""The plan that was asked for; None while it is being made."""
-
-
-def at_once(planning: Planning) -> Answer:
-    """Plan now, and have the answer."""
-    plan = planning()
-    return lambda: plan
-
-
-@dataclass(frozen=True)
-class Tools:
-    """What a mission works with.
-
-    Attributes:
-        planner: plans a step for the fleet.
-        rng: its random generator.
-        stopwatch_s: wall time for reports; decides nothing.
-        begin: begins to plan what is needed only later, and gives what to ask for the plan.
-    """
-
-    planner: FleetPlanner
-    rng: np.random.Generator
-    stopwatch_s: Callable[[], float] = lambda: 0.0
-    begin: Callable[[Planning], Answer] = at_once
 
 
 class Mission(Activity):
@@ -100,6 +71,7 @@ class Mission(Activity):
         self._quiet_since_s: Optional[float] = None
         self._stuck_since_s: Optional[float] = None
         self._outside: Dict[str, str] = {}
+        self._asked: Optional[Tuple[PlanRequest, float, Answer]] = None
         self._planned: Optional[FleetPlan] = None
         self.interrupted: Dict[str, Step] = {}
 
@@ -140,18 +112,17 @@ class Mission(Activity):
         actions += self._watch(now_s) + self._hands.advance(now_s)
         if self.cell.goals.of(Purpose.STEP) or now_s < self._not_before_s:
             return actions
-        actions += self._arrivals(now_s)
-        coming_in = self._finish_steps(now_s) or self._bring_in(now_s)
-        if coming_in:
-            return actions + coming_in
-        request = self._assign(now_s)
-        if not self._queue.assignments and self._hands.busy:
-            self.reason, self._quiet_since_s = self._hands.busy, None
-            return actions
-        if not self._queue.assignments:
-            return actions + self._idle(now_s)
-        self._quiet_since_s = None
-        return actions + self._plan(request, now_s)
+        if self._asked is None:
+            actions += self._arrivals(now_s)
+            coming_in = self._finish_steps(now_s) or self._bring_in(now_s)
+            if coming_in:
+                return actions + coming_in
+            request = self._assign(now_s)
+            if not self._queue.assignments:
+                return actions + self._nothing_assigned(now_s)
+            self._quiet_since_s = None
+            self._asked = request, now_s, self._tools.ask(request)
+        return actions + self._carry_out(now_s)
 
     def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
         """A step, or a hand's work, has ended, well or not."""
@@ -203,9 +174,7 @@ class Mission(Activity):
 
     def circumstances(self) -> Circumstances:
         """What the newest map, the tasks and the newest plan are, for whoever asks why."""
-        request = self.cell.request({}, {}, self._forbidden())
-        request = replace(self._full(request), assignments=dict(self._queue.assignments))
-        return self.cell.circumstances(request, self._planned)
+        return self.cell.circumstances(self._request(), self._planned)
 
     def _assigned_view(self, task: Task) -> TaskView:
         robot, goal = task.robot, task.goal
@@ -249,8 +218,7 @@ class Mission(Activity):
             if not self.cell.seen_between(robot, step.start, end):
                 continue
             body = self.cell.robot_at(name, step.start, robot.cells)
-            request = self._full(self.cell.request({}, {}, self._forbidden(), {name: body}))
-            request = replace(request, assignments=dict(self._queue.assignments))
+            request = self._request({name: body})
             verdict = check_release(request, {name: (end,)}, {})
             if not verdict.safe:
                 return [Log(Level.WARN, f"{name} does not end the step it was at: {verdict.reason}")]
@@ -390,6 +358,11 @@ class Mission(Activity):
     def _forbidden(self) -> Optional[BoolArray]:
         return self.cell.private_columns() if self._bounded else None
 
+    def _request(self, places: Optional[Mapping[str, Robot]] = None) -> PlanRequest:
+        """The newest map with the tasks as they are; robots in ``places`` stand there in it."""
+        request = self._full(self.cell.request({}, {}, self._forbidden(), places))
+        return replace(request, assignments=dict(self._queue.assignments))
+
     def _full(self, request: PlanRequest) -> PlanRequest:
         goals = {**self.cell.open_goals(), **self._queue.goals}
         objects = {name: cells for name, cells in request.objects.items() if name not in goals}
@@ -397,6 +370,12 @@ class Mission(Activity):
 
     def _keep_clear(self) -> Optional[BoolArray]:
         return self.cell.private_columns(KEEP_CLEAR_COLUMNS) if self.cell.manipulators else None
+
+    def _nothing_assigned(self, now_s: float) -> List[Action]:
+        if self._hands.busy or self._on_the_way():
+            self.reason, self._quiet_since_s = self._hands.busy, None
+            return []
+        return self._idle(now_s)
 
     def _idle(self, now_s: float) -> List[Action]:
         """Nobody has a task: done after a while, unless goals remain that nobody can reach."""
@@ -433,8 +412,32 @@ class Mission(Activity):
         finer = ", ".join(f"{angle:g}" for angle in params.finer_turns_deg)
         return [Log(Level.WARN, f"{self.reason}; robots turn by {finer} deg, too (finer_turns_deg)")]
 
-    def _plan(self, request: PlanRequest, now_s: float) -> List[Action]:
-        plan = self._planned = self._tools.planner.plan(request, self._tools.rng)
+    def _carry_out(self, now_s: float) -> List[Action]:
+        """Send what was planned, when it is there; what took longer than a map is held against the newest one."""
+        answered = self._answered()
+        if answered is None:
+            self.reason = "a plan is being made"
+            return []
+        request, asked_s, plan = answered
+        if asked_s < now_s:
+            asked, request = request, self._request()
+            if not starts_alike(asked, request, plan) or any(map(self._aim_lost, asked.assignments)):
+                return []
+        self._planned = plan
+        return self._send_steps(request, plan, now_s)
+
+    def _answered(self) -> Optional[Tuple[PlanRequest, float, FleetPlan]]:
+        """What was asked for, when, s, and the plan; None while it is being made. Whatever fails is asked for anew."""
+        if self._asked is None:
+            return None
+        (request, asked_s, answer), self._asked = self._asked, None
+        plan = answer()
+        if plan is None:
+            self._asked = request, asked_s, answer
+            return None
+        return request, asked_s, plan
+
+    def _send_steps(self, request: PlanRequest, plan: FleetPlan, now_s: float) -> List[Action]:
         before_s = self._tools.stopwatch_s()
         checked = sendable(request, plan, self.cell.params.checking)
         check_ms = 1e3 * (self._tools.stopwatch_s() - before_s)

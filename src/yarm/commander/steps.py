@@ -33,6 +33,12 @@ def steps_of(plan: FleetPlan) -> Dict[str, Waypoint]:
     return {name: p.step for name, p in sorted(plan.robots.items()) if p.step is not None}
 
 
+def starts_alike(asked: PlanRequest, now: PlanRequest, plan: FleetPlan) -> bool:
+    """Whether all robots that a plan moves still stand where they stood when it was asked for."""
+    stood, stand = ({robot.name: (robot.column, robot.yaw_rad) for robot in one.robots} for one in (asked, now))
+    return all(name in stand and stand[name] == stood[name] for name in steps_of(plan))
+
+
 def safe_part(request: PlanRequest, plan: FleetPlan, check: Checker = check_step) -> CheckedSteps:
     """The whole plan when it is safe, else as many robots' steps as are safe together, the others staying."""
     wanted = steps_of(plan)

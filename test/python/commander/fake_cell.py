@@ -28,9 +28,9 @@ from yarm.commander.events import (
 )
 from yarm.commander.machine import Commander
 from yarm.commander.memory import Memory
-from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
+from yarm.commander.tools import Tools
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, SeenPiece, quaternion_from_rpy, wrap_angle
 from yarm.planning.registry import make_planner

@@ -34,10 +34,10 @@ from yarm.commander.events import (
     TaskView,
 )
 from yarm.commander.machine import Commander
-from yarm.commander.mission import Tools
 from yarm.commander.params import CommanderParams
 from yarm.commander.requests import Request
 from yarm.commander.states import State
+from yarm.commander.tools import Tools
 from yarm.control.actions import ArmAction, MobileAction
 from yarm.control.base.controller import BaseController
 from yarm.control.base.controller import Outcome as Drive

@@ -7,31 +7,39 @@ from typing import List, Optional
 
 import numpy as np
 
-from yarm.commander.mission import Answer, Planning
+from yarm.commander.tools import Answer, Planning
 from yarm.planning.model.types import FleetPlan, FleetPlanner, PlanRequest
 
 
 class OneAtATime:
-    """A planner that may be used by several threads: they wait for each other, a reset too."""
+    """A planner that may be used by several threads: they wait for each other."""
 
     def __init__(self, planner: FleetPlanner) -> None:
         """Nobody uses it yet."""
         self._planner = planner
         self._lock = threading.Lock()
+        self._forgets = False
 
     def plan(self, request: PlanRequest, rng: np.random.Generator) -> FleetPlan:
         """See ``FleetPlanner``."""
         with self._lock:
+            if self._forgets:
+                self._forgets = False
+                self._planner.reset()
             return self._planner.plan(request, rng)
 
     def reset(self) -> None:
-        """See ``FleetPlanner``."""
-        with self._lock:
-            self._planner.reset()
+        """See ``FleetPlanner``; it takes effect before the next plan, so that nobody waits for one under way."""
+        self._forgets = True
 
 
-def in_background(planning: Planning) -> Answer:
-    """Begin to plan; asked for the plan, what was raised meanwhile is raised."""
+def in_background(planning: Planning, patience_s: float = 0.0) -> Answer:
+    """Begin to plan; asked for the plan, what was raised meanwhile is raised.
+
+    Args:
+        planning: makes the plan.
+        patience_s: wall time to wait for it at once, s: most plans are there sooner than the next map.
+    """
     plans: List[FleetPlan] = []
     faults: List[BaseException] = []
 
@@ -41,7 +49,9 @@ def in_background(planning: Planning) -> Answer:
         except BaseException as fault:
             faults.append(fault)
 
-    threading.Thread(target=work, name="planning", daemon=True).start()
+    thread = threading.Thread(target=work, name="planning", daemon=True)
+    thread.start()
+    thread.join(patience_s)
 
     def answer() -> Optional[FleetPlan]:
         if faults:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from functools import partial
 from itertools import groupby
 from typing import Any, Callable, Deque, Dict, List, Optional, Sequence, Type, Union
 
@@ -37,9 +38,9 @@ from yarm.commander.events import (
     Tick,
 )
 from yarm.commander.machine import Commander
-from yarm.commander.mission import Tools, at_once
-from yarm.commander.params import CommanderParams
+from yarm.commander.params import CommanderParams, Execution
 from yarm.commander.requests import Request
+from yarm.commander.tools import Tools, at_once
 from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
 from yarm.geometry.kinds import ROBOT_KINDS, ObjectKind
@@ -82,6 +83,8 @@ WATCH_PERIOD_S = 0.2
 """Wall time between two looks for silence, s."""
 SILENCE_S = 0.4
 """Without a map for this long, wall time, the watch takes over from the maps, s; in lock-step simulated time, too."""
+PATIENCE_S = 0.1
+"""Where everybody stands while a step is planned, a plan is waited for so long before the next map is taken, s."""
 STATUS_PERIOD_S = 1.0
 SAME_STAMP_S = 0.004
 
@@ -94,7 +97,8 @@ class CommanderNode:
         self._params = params
         planner = make_planner(params.planner, params.planner_params)
         planner = planner if params.replanning else PlannedOnce(planner)
-        begin = at_once if params.sync else in_background
+        patience_s = PATIENCE_S if params.execution is Execution.STEPS else 0.0
+        begin = at_once if params.sync else partial(in_background, patience_s=patience_s)
         tools = Tools(OneAtATime(planner), np.random.default_rng(params.seed), time.perf_counter, begin)
         self._core = Commander(params, tools)
         self._lock = threading.RLock()
@@ -139,7 +143,7 @@ class CommanderNode:
             self._do(self._core.take_up(memory, memory.stamp_s), memory.stamp_s)
 
     def spin(self) -> None:
-        """Notice silence until the node is shut down. It plans under its lock, however long: the pulse goes on."""
+        """Notice silence until the node is shut down. In lock-step it plans under its lock: the pulse goes on."""
         beat_in_background()
         while not rospy.is_shutdown():
             time.sleep(WATCH_PERIOD_S)
