@@ -7,8 +7,8 @@ from collections import deque
 from typing import Callable, Collection, Deque, Dict, Tuple
 
 from yarm.commander.events import Grasp
+from yarm.ros.common.clock import SAME_STAMP_S
 
-SAME_STAMP_S = 0.004
 LIMIT_S = 5.0
 """Longest wall time that a map waits for the words of its time, s."""
 

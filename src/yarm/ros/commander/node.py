@@ -61,7 +61,7 @@ from yarm.ros.commander.what_if import answered
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, present_s, safety_fault
-from yarm.ros.common.clock import ClockWatch
+from yarm.ros.common.clock import SAME_STAMP_S, ClockWatch
 from yarm.ros.common.conversions import MapSubscriber
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
@@ -86,7 +86,6 @@ SILENCE_S = 0.4
 PATIENCE_S = 0.1
 """Where everybody stands while a step is planned, a plan is waited for so long before the next map is taken, s."""
 STATUS_PERIOD_S = 1.0
-SAME_STAMP_S = 0.004
 
 
 class CommanderNode:

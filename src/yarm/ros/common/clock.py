@@ -1,7 +1,7 @@
-"""Simulated time that goes backwards: the one place where Python nodes notice it (C++: yarm/sync/clock.hpp).
+"""Simulated time: which stamps are the same, and the one place where Python nodes notice that it goes backwards.
 
 The simulator may be stopped and started again in mid-run; then ``/clock`` jumps back and everything that remembers
-stamps (tf buffers, plans, timers, action goals) must start afresh.
+stamps (tf buffers, plans, timers, action goals) must start afresh (C++: yarm/sync/clock.hpp).
 """
 
 from __future__ import annotations
@@ -12,6 +12,10 @@ from typing import Callable, List, Optional
 import rospy
 from rosgraph_msgs.msg import Clock
 
+SAME_TICK_S = 1e-4
+"""Stamps that are less apart are of one tick of the simulation (1/240 s): what differs is rounding, s."""
+SAME_STAMP_S = 0.004
+"""Stamps that are less apart, by less than a tick, are of one camera set, s."""
 JUMP_BACK_S = 0.1
 """A step back of more than this is a restart, not reordering, s."""
 

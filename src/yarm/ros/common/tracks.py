@@ -13,12 +13,12 @@ import rospy
 from yarm.msg import TrackedObject, TrackedObjects
 from yarm.ros.common import names
 from yarm.ros.common.checks import Doorkeeper, present_s, tracks_fault
+from yarm.ros.common.clock import SAME_STAMP_S
 from yarm.safety.people import Tracked, sigma_of
 
 HIDDEN_S = 1.0
 """Who has not shown for longer is not waited for: where it may be grows without end."""
 KEPT = 8
-SAME_STAMP_S = 0.004
 
 
 class TrackSubscriber:

@@ -19,6 +19,7 @@ from yarm.robots.hc10 import area_text, parse_area
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, present_s, sander_fault
+from yarm.ros.common.clock import SAME_TICK_S
 from yarm.ros.common.stations import load_station
 from yarm.ros.controls.params import ControlsServerParams
 from yarm.ros.controls.robots import End, Outbox, RobotUnit, SeedPose
@@ -102,7 +103,7 @@ class ArmUnit(RobotUnit):
     def ready(self, stamp_s: float) -> bool:
         """The sander's answer to the tick before is here."""
         unheard = self._report is None or self._last_tick_s is None
-        return unheard or self._report_s >= (self._last_tick_s or 0.0) - 1e-4
+        return unheard or self._report_s >= (self._last_tick_s or 0.0) - SAME_TICK_S
 
     def acknowledge(self, stamp_s: float) -> None:
         """Tell the sander how many messages it must have had before it works on this tick."""

@@ -15,9 +15,9 @@ from yarm.control.base.controller import Outcome
 from yarm.control.hand import HandCommand, HandParams, HandReading, HandWork
 from yarm.msg import GripperState
 from yarm.ros.common import names
+from yarm.ros.common.clock import SAME_TICK_S
 from yarm.ros.controls.robots import End, Outbox
 
-SAME_TICK_S = 1e-4
 SWITCH_LIMIT_S = 2.0
 """Longest wall time for suction to be switched, s."""
 

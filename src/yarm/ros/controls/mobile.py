@@ -31,6 +31,7 @@ from yarm.robots.ankurbot import (
 )
 from yarm.ros.common import names
 from yarm.ros.common.checks import FARTHEST_M, Doorkeeper, joints_fault, present_s
+from yarm.ros.common.clock import SAME_TICK_S
 from yarm.ros.common.solids import solids_of
 from yarm.ros.controls.hand import Hand
 from yarm.ros.controls.params import ControlsServerParams
@@ -154,7 +155,7 @@ class MobileUnit(RobotUnit):
 
     def ready(self, stamp_s: float) -> bool:
         """The casters' angles of this tick are here, and in lock-step its hand's word."""
-        return self._casters_s >= stamp_s - 1e-4 and (self._hand is None or self._hand.ready(stamp_s))
+        return self._casters_s >= stamp_s - SAME_TICK_S and (self._hand is None or self._hand.ready(stamp_s))
 
     def reset(self) -> None:
         """Forget goal, stamps and counts."""

@@ -26,7 +26,7 @@ from yarm.robots import hc10
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, ack_fault, present_s, registry_fault, seeds_fault, transform_fault
-from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.common.clock import JUMP_BACK_S, SAME_STAMP_S, ClockWatch
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.common.watchers import Watchers
@@ -47,7 +47,6 @@ FAREWELL_S = 0.1
 """Wall time for the last commands to leave the node, s."""
 JUMP_AHEAD_S = 0.1
 """Lock-step: a longer step ahead is its beginning; camera sets of before are not waited for, s."""
-SAME_TICK_S = 0.004
 
 
 def register_robot_type(pattern: str, factory: UnitFactory) -> None:
@@ -209,7 +208,7 @@ class ControlsServer:
         if stamp_s - self._last_s > JUMP_AHEAD_S:
             self._lock_step_from_s = stamp_s
         set_s = math.floor(stamp_s * self._params.sync_set_hz + 0.25) / self._params.sync_set_hz
-        if self._lock_step_from_s - SAME_TICK_S < set_s and ack.header.stamp.to_sec() < set_s - SAME_TICK_S:
+        if self._lock_step_from_s - SAME_STAMP_S < set_s and ack.header.stamp.to_sec() < set_s - SAME_STAMP_S:
             return False
         received = sum(self._received(robot) for robot in self._robots.values())
         return bool(received + self._gone_received >= ack.commands_sent)

@@ -32,7 +32,7 @@ from yarm.robots.hc10 import Station
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, ack_fault, joints_fault, present_s
-from yarm.ros.common.clock import JUMP_BACK_S, ClockWatch
+from yarm.ros.common.clock import JUMP_BACK_S, SAME_TICK_S, ClockWatch
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
 from yarm.ros.common.stations import load_station
@@ -45,7 +45,6 @@ from yarm.safety.pulse import Pulse
 
 WATCH_PERIOD_S = 0.5
 SILENCE_S = 3.0
-SAME_TICK_S = 1e-4
 PROGRESS_PERIOD_S = 0.1
 Axes = Tuple[float, float, float, float]
 
