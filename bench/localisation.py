@@ -96,10 +96,13 @@ def tour_line(name: str, rows: List[Row]) -> str:
     """One line of the table of tours."""
     rmse = 1e3 * numbers(rows, "rmse_m")
     heading = numbers(rows, "heading_rms_deg")
+    p95, heading_p95 = 1e3 * numbers(rows, "p95_m"), numbers(rows, "heading_p95_deg")
     cells = [
         f"{rmse.mean():.1f} ({rmse.max():.1f})",
+        f"{p95.mean():.1f} ({p95.max():.1f})",
         f"{1e3 * numbers(rows, 'max_m').max():.0f}",
         f"{heading.mean():.2f} ({heading.max():.2f})",
+        f"{heading_p95.mean():.2f} ({heading_p95.max():.2f})",
         f"{numbers(rows, 'update_us').mean():.0f}",
         f"{numbers(rows, 'update_p99_us').max():.0f}",
         f"{int(numbers(rows, 'doubtful').sum())}",
@@ -113,8 +116,8 @@ STARTS_HEAD = (
     " | after s | CPU s a start, mean (max)"
 )
 TOURS_HEAD = (
-    "tours | RMSE mean (worst) mm | worst moment mm | heading RMS mean (worst) deg | us an update, mean | p99 (worst)"
-    " | doubtful scans | scans lost"
+    "tours | RMSE mean (worst) mm | p95 mean (worst) mm | worst moment mm | heading RMS mean (worst) deg"
+    " | heading p95 mean (worst) deg | us an update, mean | p99 (worst) | doubtful scans | scans lost"
 )
 
 

@@ -34,6 +34,7 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
     ],
     "room": [[PYTHON, "bench/room.py"]],
     "slam": [[PYTHON, "bench/slam.py"]],
+    "localisation": [[PYTHON, "bench/localisation.py"]],
     "planning": [
         [PYTHON, "bench/planning.py", "promises", "--count", "1000"],
         [PYTHON, "bench/planning.py", "first", "--count", "100"],
@@ -52,8 +53,11 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
     "pieces": [[PYTHON, "bench/pieces.py"]],
     "hidden_space": [[PYTHON, "bench/hidden_space.py", "--csv", "bench/data/hidden_space.csv"]],
     "hand_picks": [[PYTHON, "bench/hand_picks.py"]],
+    "planning_hands": [[PYTHON, "bench/planning_hands.py", "--errands", "600", "--seed", "3"]],
     "missions": [[PYTHON, "bench/missions.py", "--seeds", "20"]],
     "cells": [[PYTHON, "bench/missions.py", "--cells", "1000"]],
+    "continuous": [[PYTHON, "bench/continuous.py", "--seeds", "10"]],
+    "faults": [[PYTHON, "bench/faults.py"]],
     "strangers": [[PYTHON, "bench/strangers.py", "--messages", "250000", "--requests", "1000"]],
     "person": [[PYTHON, "bench/person.py", "--seeds", "3"]],
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace yarm::test {
 
@@ -15,6 +16,23 @@ using Vec2 = Eigen::Vector2d;
 constexpr double kPointStep = 0.02;  // m
 constexpr int kFitRounds = 20;
 constexpr double kFitGate = 0.3;  // m: cells farther off are left out of the fit
+
+struct Spread {
+  double rms{0}, p95{0}, most{0};
+};
+
+Spread spreadOf(std::vector<double> values) {
+  if (values.empty()) {
+    return {};
+  }
+  std::sort(values.begin(), values.end());
+  double squares = 0.0;
+  for (const double value : values) {
+    squares += value * value;
+  }
+  const auto count = static_cast<double>(values.size());
+  return {std::sqrt(squares / count), values[static_cast<std::size_t>(0.95 * (count - 1))], values.back()};
+}
 
 std::vector<Vec2> occupiedCells(const slam::GridMap& map) {
   std::vector<Vec2> cells;
@@ -133,27 +151,23 @@ MapScore scoreMap(const slam::GridMap& map, const Arena& arena, const std::vecto
   const auto count = static_cast<double>(cells.size());
   score.mean /= count;
   score.spurious /= count;
-  std::sort(distances.begin(), distances.end());
-  score.most = distances.back();
-  score.p95 = distances[static_cast<std::size_t>(0.95 * (count - 1))];
+  const Spread spread = spreadOf(std::move(distances));
+  score.most = spread.most;
+  score.p95 = spread.p95;
   score.within_5cm = shareNear(seen, cells, 0.05);
   score.within_10cm = shareNear(seen, cells, 0.10);
   return score;
 }
 
 void PoseErrors::add(const slam::Pose2& estimate, const slam::Pose2& truth) {
-  const double off = estimate.distanceTo(truth);
-  const double turned = std::abs(slam::wrapAngle(estimate.yaw - truth.yaw));
-  ++count_;
-  squares_ += off * off;
-  heading_squares_ += turned * turned;
-  most_ = std::max(most_, off);
-  heading_most_ = std::max(heading_most_, turned);
+  off_.push_back(estimate.distanceTo(truth));
+  turned_.push_back(std::abs(slam::wrapAngle(estimate.yaw - truth.yaw)));
 }
 
 PoseScore PoseErrors::score() const {
-  const double count = std::max(1, count_);
-  return {std::sqrt(squares_ / count), most_, std::sqrt(heading_squares_ / count), heading_most_};
+  const Spread off = spreadOf(off_);
+  const Spread turned = spreadOf(turned_);
+  return {off.rms, off.p95, off.most, turned.rms, turned.p95, turned.most};
 }
 
 }  // namespace yarm::test

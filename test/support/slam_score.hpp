@@ -48,8 +48,10 @@ struct MapScore {
 /// A trajectory against the truth, unaligned.
 struct PoseScore {
   double rmse{0};          ///< m
+  double p95{0};           ///< m
   double most{0};          ///< m
   double heading_rms{0};   ///< rad
+  double heading_p95{0};   ///< rad
   double heading_most{0};  ///< rad
 };
 
@@ -60,8 +62,7 @@ class PoseErrors {
   [[nodiscard]] PoseScore score() const;
 
  private:
-  int count_{0};
-  double squares_{0}, heading_squares_{0}, most_{0}, heading_most_{0};
+  std::vector<double> off_, turned_;
 };
 
 }  // namespace yarm::test

@@ -14,7 +14,7 @@ CONTROLLERS = (OURS, REPORT, PRINTED)
 
 
 class Stage(str, Enum):
-    """Where a round stands; equal to the word of InspectorStatus."""
+    """Where a round stands; equal to the word of InspectionStatus."""
 
     LOCALISE = "localise"
     PLAN = "plan"

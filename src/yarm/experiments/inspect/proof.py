@@ -24,13 +24,16 @@ QUALITY = 80
 """Of the JPEG pictures, per cent."""
 
 
-def write_proof(record: RoundRecord, measures: Measures, path: Path) -> Path:
+def write_proof(
+    record: RoundRecord, measures: Measures, path: Path, tags: Optional[Mapping[int, GreyImage]] = None
+) -> Path:
     """Write the proof sheets of a round.
 
     Args:
         record: of the round.
         measures: what it comes to.
         path: of the HTML file.
+        tags: pictures that were looked for, by number; the shipped ones unless given.
     """
     info = record.info
     title = f"{info.layout}, {info.controller}, seed {info.seed}"
@@ -39,7 +42,7 @@ def write_proof(record: RoundRecord, measures: Measures, path: Path) -> Path:
         f"{record.end_s:.0f} s of {info.time_limit_s:g} s, {measures.distance_m:.1f} m driven, {measures.bumps} bumps; "
         f"features: {info.detector}"
     )
-    tags = shipped_pictures()
+    tags = shipped_pictures() if tags is None else tags
     boxes = {box.number: box for box in record.boxes}
     sheets = [_sheet(record, boxes[verdict.box], verdict, tags) for verdict in record.verdicts]
     return write_page(path, title, [f"<p>{html.escape(head)}</p>", *sheets])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Mapping, Optional, Tuple
 
 import cv2
@@ -12,7 +11,7 @@ import numpy.typing as npt
 from yarm.geometry import FloatArray
 from yarm.tags.face_view import MARGIN_PX, UPRIGHT_PX, FaceView, Upright, upright
 from yarm.tags.motifs import GreyImage
-from yarm.tags.pictures import shipped_pictures, size_at
+from yarm.tags.pictures import size_at
 from yarm.tags.recogniser import Look
 from yarm.tags.report import ReportRecogniser, Sighting
 
@@ -79,15 +78,10 @@ def report_pair(image: GreyImage, sighting: Sighting, tags: Mapping[int, GreyIma
     to_face = cv2.getPerspectiveTransform(sighting.corners.astype(np.float32), square)
     face = cv2.warpPerspective(image, to_face, UPRIGHT_PX)
     picture = tags[sighting.tag]
-    matches = _report_recogniser(sighting.tag).matched(image, sighting.tag)
+    matches = ReportRecogniser({sighting.tag: picture}).matched(image, sighting.tag)
     scale = np.array(UPRIGHT_PX) / (picture.shape[1], picture.shape[0])
     seen = cv2.perspectiveTransform(matches[None, :, 2:], to_face)[0] if len(matches) else matches[:, 2:]
     return _side_by_side(size_at(UPRIGHT_PX, picture), face, np.column_stack([matches[:, :2] * scale, seen]))
-
-
-@lru_cache(maxsize=32)
-def _report_recogniser(tag: int) -> ReportRecogniser:
-    return ReportRecogniser({tag: shipped_pictures()[tag]})
 
 
 def _side_by_side(reference: GreyImage, face: GreyImage, matches: FloatArray) -> ColourImage:

@@ -18,6 +18,7 @@ from yarm.experiments.run.writers import plain_values, write_events, write_rows
 from yarm.inspection.model import OURS, Verdict, reading_words
 from yarm.inspection.result_file import lines_of
 from yarm.sim.scenes.arena import Arena
+from yarm.tags.motifs import GreyImage
 from yarm.tags.printed import laser_text, map_text, row_of
 
 TABLES = {"path": PathRow, "orders": OrderRow, "touches": TouchRow}
@@ -159,6 +160,7 @@ def write_inspection(
     parameters: Optional[Mapping[str, Any]] = None,
     versions: Optional[Mapping[str, str]] = None,
     faults: Sequence[str] = (),
+    tags: Optional[Mapping[int, GreyImage]] = None,
 ) -> None:
     """Write all files of a round into a folder, which is made when missing.
 
@@ -169,6 +171,7 @@ def write_inspection(
         parameters: of everybody who took part.
         versions: of what it ran on, besides the recognition's library.
         faults: what went wrong besides: a round that broke off is no success.
+        tags: pictures that were looked for, by number; the shipped ones unless given.
 
     Raises:
         ValueError: nothing of the way was recorded.
@@ -190,7 +193,7 @@ def write_inspection(
         write_rows(folder / "views.csv", ReportViewRow, [row for look in record.looks for row in report_rows(look)])
         _write_printed(record, folder)
     plot_round(record, arena, folder)
-    write_proof(record, measures, folder / "proof.html")
+    write_proof(record, measures, folder / "proof.html", tags)
 
 
 def result_row(verdict: Verdict, record: RoundRecord) -> ResultRow:

@@ -137,7 +137,7 @@ class InspectionRun:
             return False, f"nothing was recorded: {self.fault or CUT_SHORT}"
         ended = self._last is not None and self._last.stage in {str(stage) for stage in ENDS}
         faults = tuple(filter(None, (self.fault or ("" if ended else CUT_SHORT),)))
-        write_inspection(record, self._layout.arena, self.folder, parameters(), versions(), faults)
+        write_inspection(record, self._layout.arena, self.folder, parameters(), versions(), faults, self._given.tags)
         measures = measure(record)
         wrong = (*faults, *faults_of(record, measures))
         return not wrong, summary_table(record, measures, wrong)

@@ -29,8 +29,7 @@ def test_it_drives_as_the_launch_file_has_move_base_drive() -> None:
     }
     assert set(told) == {"controller_frequency", "xy_goal_tolerance", "yaw_goal_tolerance"}
     assert {name: float(str(value)) for name, value in told.items()} == {name: getattr(DRIVING, name) for name in told}
-    experiment = ElementTree.parse(ROOT / "launch" / "inspection" / "inspect_experiment.launch").getroot()
-    (platform,) = [arg.get("value") for arg in experiment.iter("arg") if arg.get("name") == "platform_tolerances"]
+    (platform,) = [arg.get("default") for arg in launch.iter("arg") if arg.get("name") == "platform_tolerances"]
     assert platform == "$(eval arg('controller') != 'yarm')"
     assert MoveBaseParams() == PLATFORM and PLATFORM.xy_goal_tolerance == 0.15 and PLATFORM.yaw_goal_tolerance == 0.3
 

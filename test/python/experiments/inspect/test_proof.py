@@ -25,6 +25,27 @@ def written(record: RoundRecord, path: Path) -> str:
     return write_proof(record, measure(record), path / "proof.html").read_text(encoding="utf-8")
 
 
+def test_the_pictures_are_those_that_were_looked_for(tmp_path: Path) -> None:
+    """A round with a tag file of one's own, whose numbers need not be those of the shipped ones."""
+    record = ours()
+    looks = []
+    for entry in record.looks:
+        assert entry.look is not None
+        fits = tuple(dataclasses.replace(fit, tag=fit.tag + 40) for fit in entry.look.fits)
+        looks.append(dataclasses.replace(entry, look=dataclasses.replace(entry.look, fits=fits)))
+    shifted = dataclasses.replace(record, looks=tuple(looks))
+    own = {number + 40: picture for number, picture in TAGS.items()}
+    path = write_proof(shifted, measure(shifted), tmp_path / "own.html", own)
+    drawn, usual = pictures(path.read_text(encoding="utf-8")), pictures(written(record, tmp_path))
+    assert len(drawn) == len(usual) and all(np.array_equal(a, b) for a, b in zip(drawn, usual))
+    other = {number: TAGS[number % len(TAGS) + 1] for number in TAGS}
+    path = write_proof(record, measure(record), tmp_path / "other.html", other)
+    drawn = pictures(path.read_text(encoding="utf-8"))
+    assert all((np.array_equal(a, b)) == (a.shape[1] == 640) for a, b in zip(drawn, usual)), (
+        "the pairs differ, the photos not"
+    )
+
+
 def pictures(text: str) -> List[np.ndarray]:
     found = re.findall(r"src='data:image/jpeg;base64,([^']+)'", text)
     return [cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR) for data in found]
