@@ -75,7 +75,8 @@ def api_page() -> str:
     lines = ["## The cell", "", *api.markdown(api.TOPICS, api.SERVICES, api.ACTIONS)]
     lines += ["", "## A real cell", "", "What differs there, with real_cell.launch ([real_cell.md](real_cell.md)).", ""]
     lines += api.markdown(api_real_cell.TOPICS, api_real_cell.SERVICES)
-    lines += ["", "## Mobile robots with a hand", "", "Robots of type `ankurbot_hand`, and all of them with `hands:=true` of simulation.launch.", ""]
+    who = "Robots of type `ankurbot_hand`, and all of them with `hands:=true` of simulation.launch."
+    lines += ["", "## Mobile robots with a hand", "", who, ""]
     lines += api.markdown(api.HAND_TOPICS, api.HAND_SERVICES)
     lines += [
         "",
