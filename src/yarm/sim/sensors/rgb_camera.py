@@ -27,6 +27,8 @@ TINTS = np.array([(0.97, 0.98, 1.0), (1.0, 0.96, 0.88), (0.98, 1.0, 0.96), (1.0,
 """Red, green and blue of each kind for a grey of 1."""
 TINTED: GreyImage = np.round(np.arange(256.0)[None, :, None] * TINTS[:, None, :]).astype(np.uint8)
 """Red, green and blue of each kind and grey."""
+PACKED: npt.NDArray[np.uint32] = np.pad(TINTED, ((0, 0), (0, 0), (0, 1))).reshape(-1, 4).view(np.uint32)[:, 0]
+"""The same in one number each, which is looked up faster."""
 SKY_GREY = 175
 PLAIN_WALL: GreyImage = np.full((64, 64), 205, np.uint8)
 PLAIN_BODY: GreyImage = np.full((16, 16), 235, np.uint8)
@@ -105,7 +107,9 @@ class RgbFrame:
 
     def rgb(self) -> GreyImage:
         """(height, width, 3) red, green, blue."""
-        coloured: GreyImage = TINTED[self.kinds, self.grey]
+        numbers = np.left_shift(self.kinds, 8, dtype=np.uint16) | self.grey
+        packed = PACKED[numbers].view(np.uint8).reshape(*numbers.shape, 4)
+        coloured: GreyImage = cv2.cvtColor(packed, cv2.COLOR_RGBA2RGB)
         return coloured
 
 
@@ -138,6 +142,7 @@ class RgbCamera:
         self._pool = NormalPool(self.seed)
         self._floor = _floor_texture(self.seed)
         self._pyramids: Dict[int, List[GreyImage]] = {}
+        self._drawn: Optional[Tuple[Room, List[_Plane], List[List[_Plane]]]] = None
         x = (np.arange(self.camera.width) - self.camera.centre_x) / self.camera.width
         y = (np.arange(self.camera.height) - self.camera.centre_y) / self.camera.height
         self._edge = (2.0 * (x[None, :] ** 2 + y[:, None] ** 2)).astype(np.float32)
@@ -167,11 +172,12 @@ class RgbCamera:
 
     def _planes(self, room: Room, eye: FloatArray) -> List[_Plane]:
         """Floor, walls and the faces of the boxes, in the order in which they are drawn."""
-        planes = _room_planes(room, self._floor)
+        if self._drawn is None or self._drawn[0] is not room:
+            of_boxes = [_box_planes(box, number) for number, box in enumerate(room.boxes)]
+            self._drawn = room, _room_planes(room, self._floor), of_boxes
+        _, planes, of_boxes = self._drawn
         order = far_to_near([(box.pose, box.size) for box in room.boxes], (float(eye[0]), float(eye[1])))
-        for number in order:
-            planes += _box_planes(room.boxes[number], number)
-        return planes
+        return [*planes, *(plane for number in order for plane in of_boxes[number])]
 
     def _draw(self, picture: RgbFrame, plane: _Plane, T_optical_plane: FloatArray, shade: float) -> None:
         """Draw a plane where it is in view."""
@@ -186,18 +192,18 @@ class RgbCamera:
             return
         width, height = (int(v) for v in high - low)
         mask = np.zeros((height, width), np.uint8)
-        drawn = np.clip(outline - low, -8000, 8000)
-        cv2.fillConvexPoly(mask, np.round(drawn * (1 << SUBPIXEL)).astype(np.int32), 255, cv2.LINE_8, SUBPIXEL)
+        drawn = np.round(np.clip(outline - low, -8000, 8000) * (1 << SUBPIXEL)).astype(np.int32)
+        rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
+        painted = (mask, 255), (picture.kinds[rows, columns], plane.kind), (picture.owners[rows, columns], plane.owner)
+        for image, value in painted:
+            cv2.fillConvexPoly(image, drawn, value, cv2.LINE_8, SUBPIXEL)
         texture = self._texture(plane.texture, outline)
         step_x, step_y = plane.width / texture.shape[1], plane.height / texture.shape[0]
         to_metres = np.array([[step_x, 0.0, 0.5 * step_x], [0.0, step_y, 0.5 * step_y], [0.0, 0.0, 1.0]])
         to_part = np.array([[1.0, 0.0, -low[0]], [0.0, 1.0, -low[1]], [0.0, 0.0, 1.0]])
         homography = to_part @ plane_homography(self.camera, T_optical_plane) @ to_metres
         seen = cv2.warpPerspective(texture, homography, (width, height), borderMode=cv2.BORDER_REPLICATE)
-        rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
         cv2.copyTo(cv2.convertScaleAbs(seen, alpha=shade), mask, picture.grey[rows, columns])
-        picture.kinds[rows, columns][mask > 0] = plane.kind
-        picture.owners[rows, columns][mask > 0] = plane.owner
 
     def _texture(self, texture: GreyImage, outline: FloatArray) -> GreyImage:
         """The texture, halved until it has about as many pixels as its outline in the image."""

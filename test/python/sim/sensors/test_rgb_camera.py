@@ -21,6 +21,7 @@ from yarm.sim.sensors.rgb_camera import (
     FLOOR,
     ROBOT,
     TAG,
+    TINTED,
     WALL,
     Imaging,
     RgbCamera,
@@ -195,3 +196,4 @@ def test_the_coloured_picture_keeps_tags_grey_and_tints_the_rest(camera: RgbCame
     assert (np.ptp(rgb[frame.kinds == TAG], axis=1) == 0).all()
     floor = rgb[frame.kinds == FLOOR].mean(0)
     assert floor[0] > floor[1] > floor[2]
+    assert np.array_equal(rgb, TINTED[frame.kinds, frame.grey])
