@@ -154,6 +154,24 @@ class TestKnownFaultsAreGone:
         seen = recogniser.look(frame.grey, replace(view_of_none, stands=False))
         assert (seen.finding, seen.answer) == (Finding.MISSING, None)
 
+    def test_a_tag_seen_once_does_not_win_over_one_seen_often(self) -> None:
+        """What is gathered is probability, place by place, and no sum that few large sightings reach, too."""
+
+        def seen(tag: int, other: int) -> Look:
+            shares = {tag: 0.9, other: 0.02, BLANK: 0.04, UNKNOWN: 0.04}
+            return Look(Status.LOOKED, probabilities=shares, finding=Finding.IN_PLACE)
+
+        evidence = BoxEvidence(3)
+        for place in range(12):
+            evidence.add(seen(1, 2), Pose2(0.2 * place, 0.0))
+        evidence.add(seen(2, 1), Pose2(0.0, 1.0))
+        assert (evidence.verdict().answer, evidence.verdict().final) == (1, True)
+
+    def test_an_outline_that_few_matches_agree_on_is_no_tag(self, recogniser: Recogniser) -> None:
+        seen = look(recogniser, [tagged(stranger(2))], robot_at(0.8, 30.0))
+        assert seen.answer == UNKNOWN
+        assert max(seen.probabilities[tag] for tag in TAGS) < 0.1
+
     def test_where_the_box_is_hidden_nothing_is_said(self, recogniser: Recogniser) -> None:
         post = BOX.compose(Pose2(0.3, 0.0, 0.0))
         size = BoxSize(0.48, 0.05, 0.4)
