@@ -1,27 +1,35 @@
 #!/usr/bin/env python3
 """What a simulated second of the TurtleBot in its room costs, without ROS.
 
-    python3 bench/room.py [--arena practice] [--seconds 120]
+    python3 bench/room.py [--arena practice] [--seconds 120] [--seed 3]
 
 The robot drives 0.2 m/s and turns where its scan sees less than 0.6 m, so it bumps into what the scan does not see.
-Processor time of one core. A row for every tick, scan and depth image goes to ``bench/data/room.csv``.
+Then the RGB camera draws the practice layout from random places: ``rgb``, and the bytes of its message: ``colour``.
+Processor time of one core. A row for every tick, scan and image goes to ``bench/data/room.csv``.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from functools import partial
 from typing import Callable, Dict, List
 
 import numpy as np
 import raw_rows
 
+from yarm.experiments.inspect.eyes import Camera
+from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.sim.engine.room import RoomWorld
 from yarm.sim.scenes.arena import load_arena
+from yarm.sim.scenes.layout_file import find_layout
+from yarm.sim.sensors.rgb_camera import RgbFrame
 
 NEAR_M = 0.6
 COMMAND_TICKS = 10
+FRAMES = 300
+FROM_WALL_M = 0.2
 
 
 class Costs:
@@ -52,11 +60,25 @@ def nearest(scan: Scan) -> float:
     return float(np.min(seen)) if len(seen) else 0.0
 
 
+def draw_frames(costs: Costs, seed: int) -> None:
+    """Frames of the RGB camera from random places in the practice layout, also where a box stands."""
+    layout = find_layout("practice")
+    camera, rng = Camera(layout, seed), np.random.default_rng(seed)
+    (x0, y0), (x1, y1) = layout.arena.lower, layout.arena.upper
+    for number in range(FRAMES):
+        low, high = (x0 + FROM_WALL_M, y0 + FROM_WALL_M, -np.pi), (x1 - FROM_WALL_M, y1 - FROM_WALL_M, np.pi)
+        pose = Pose2(*(float(value) for value in rng.uniform(low, high)))
+        frame = costs.of("rgb", partial(camera.frame, pose, number))
+        assert isinstance(frame, RgbFrame)
+        costs.of("colour", lambda shown=frame: shown.rgb().tobytes())
+
+
 def main() -> None:
     """Drive, measure, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arena", default="practice", help="a shipped arena, or a file")
     parser.add_argument("--seconds", type=float, default=120.0, help="simulated time")
+    parser.add_argument("--seed", type=int, default=3, help="of the places that the RGB camera draws from")
     options = parser.parse_args()
     arena = load_arena(options.arena)
     costs, bumps, ahead_m = Costs(), 0, 0.0
@@ -74,6 +96,7 @@ def main() -> None:
         total_s = sum(sum(times) for times in costs.parts.values()) / 1e3
         for _ in range(50):
             costs.of("depth", world.depth)
+    draw_frames(costs, options.seed)
     print(f"{arena.name}, {len(arena.blocks)} blocks, {options.seconds:g} s, {bumps} bumps")
     print(f"physics and scan: {options.seconds / total_s:.1f} simulated seconds a second of one core")
     for part, times in costs.parts.items():
