@@ -241,19 +241,18 @@ void tour(const Settings& s, const test::Arena& arena, const slam::GridMap& map,
     lost += pose.distanceTo(moment.T_arena_base) > kLostM ? 1 : 0;
   }
   const test::PoseScore score = errors.score();
-  std::printf("%d,%d,%d,%g,%.4f,%.4f,%.4f,%.3f,%.3f,%.3f,%.1f,%.1f,%zu,%d,%d,%.1f\n", s.arena, s.walls, seed, s.odo, score.rmse,
-              score.p95, score.most, score.heading_rms / kDegree, score.heading_p95 / kDegree,
-              score.heading_most / kDegree,
-              sum / static_cast<double>(update_us.size()), bench::percentile(update_us, 0.99), update_us.size(),
-              doubtful, lost, run.driven());
+  std::printf("%d,%d,%d,%g,%.4f,%.4f,%.4f,%.3f,%.3f,%.3f,%.1f,%.1f,%zu,%d,%d,%.1f\n", s.arena, s.walls, seed, s.odo,
+              score.rmse, score.p95, score.most, score.heading_rms / kDegree, score.heading_p95 / kDegree,
+              score.heading_most / kDegree, sum / static_cast<double>(update_us.size()),
+              bench::percentile(update_us, 0.99), update_us.size(), doubtful, lost, run.driven());
 }
 
 int runBench(const Settings& s) {
   const test::Arena arena = test::Arena::withTenBoxes(s.arena, s.walls);
   const slam::GridMap map = test::drawnMap(arena, s.arena);
   const bool is_tour = s.mode == "tour";
-  std::puts(is_tour ? "arena,walls,seed,odo,rmse_m,p95_m,max_m,heading_rms_deg,heading_p95_deg,heading_max_deg,update_us,update_p99_us,found,"
-                      "doubtful,lost,driven_m"
+  std::puts(is_tour ? "arena,walls,seed,odo,rmse_m,p95_m,max_m,heading_rms_deg,heading_p95_deg,heading_max_deg,"
+                      "update_us,update_p99_us,found,doubtful,lost,driven_m"
                     : "arena,walls,seed,odo,outcome,off_m,turned_deg,score,margin,scans,cpu_s");
   for (int seed = s.first; seed < s.first + s.count; ++seed) {
     is_tour ? tour(s, arena, map, seed) : start(s, arena, map, seed);
