@@ -96,7 +96,7 @@ class CommanderNode:
         self._params = params
         planner = make_planner(params.planner, params.planner_params)
         planner = planner if params.replanning else PlannedOnce(planner)
-        patience_s = PATIENCE_S if params.execution is Execution.STEPS else 0.0
+        patience_s = PATIENCE_S if params.execution == Execution.STEPS else 0.0
         begin = at_once if params.sync else partial(in_background, patience_s=patience_s)
         tools = Tools(OneAtATime(planner), np.random.default_rng(params.seed), time.perf_counter, begin)
         self._core = Commander(params, tools)
