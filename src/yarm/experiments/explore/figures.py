@@ -24,6 +24,8 @@ from yarm.experiments.run.plots import new_figure, save_figure
 from yarm.experiments.run.tables import markdown_table
 
 TARGET_HEADER = ("target", "measured", "met")
+MAPPED_IN_PRACTICE = ("report_printed", "report", "yarm")
+"""Figure 1 shows their final maps of `practice`."""
 BUMP_TICKS = (0, 1, 2, 5, 10, 20, 50, 100, 200)
 WAY_PASSES = 10
 """Every n-th pass of a way is written with a figure."""

@@ -1,4 +1,4 @@
-"""Explorations with SLAM: the benchmark's twins in physics, and the report's explorer at two speeds."""
+"""Explorations with SLAM: the benchmark's twins in physics, the report's explorer at two speeds, maps of `practice`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
+from yarm.experiments.explore import slam_maps
 from yarm.experiments.explore.slam_trial import KINEMATIC, PHYSICS, SLAM_TRIALS, SlamResult, SlamSpec
 from yarm.experiments.explore.study import median
 from yarm.experiments.explore.trial import ExploreResult, ExploreSpec
@@ -86,6 +87,7 @@ def add_options(options: argparse.ArgumentParser) -> None:
     options.add_argument("--twin-controller", default="yarm", help="who explores them")
     options.add_argument("--speed-seeds", type=int, default=30, help="runs of report at each speed, with SLAM")
     options.add_argument("--speed-world", default=KINEMATIC, choices=(KINEMATIC, PHYSICS), help="where they are run")
+    slam_maps.add_options(options)
 
 
 def twin_specs(count: int, controller: str) -> List[Tuple[ExploreSpec, SlamSpec, SlamSpec, SlamSpec]]:
@@ -107,7 +109,7 @@ def speed_specs(seeds: int, world: str) -> List[SlamSpec]:
 
 
 def slam_explorations(options: argparse.Namespace, folder: Path, progress: Callable[[str], Progress]) -> str:
-    """Run both parts; the text to print.
+    """Run all parts; the text to print.
 
     Raises:
         StudyError: trials failed.
@@ -128,9 +130,11 @@ def slam_explorations(options: argparse.Namespace, folder: Path, progress: Calla
         *where,
         progress("explore, speeds"),
     )
-    return "\n\n".join(
-        [*([write_twins(twins, folder)] if twins else []), *([write_speeds(speeds, folder)] if speeds else [])]
-    )
+    texts = [write_twins(twins, folder)] if twins else []
+    texts += [write_speeds(speeds, folder)] if speeds else []
+    if options.map_seconds > 0.0:
+        texts.append(slam_maps.slam_maps(options.map_seconds, folder, progress("explore, maps")))
+    return "\n\n".join(texts)
 
 
 def write_twins(twins: Sequence[Twins], folder: Path) -> str:

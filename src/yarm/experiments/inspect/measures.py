@@ -40,6 +40,7 @@ class Measures:
         driving_s: seconds of moving along.
         turning_s: of turning in place.
         looking_s: of standing and looking.
+        slowest_look_s: the longest look, from where the robot stands to its verdict; 0 without one.
         standing_s: of standing otherwise.
         computing_s: processor seconds of deciding and recognising.
     """
@@ -62,6 +63,7 @@ class Measures:
     driving_s: float
     turning_s: float
     looking_s: float
+    slowest_look_s: float
     standing_s: float
     computing_s: float
 
@@ -101,6 +103,7 @@ def measure(record: RoundRecord) -> Measures:
         driving_s=spent["driving"],
         turning_s=spent["turning"],
         looking_s=spent["looking"],
+        slowest_look_s=max((o.end_s - o.start_s for o in record.orders if o.doing == "look"), default=0.0),
         standing_s=spent["standing"],
         computing_s=record.computing_s,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 from pathlib import Path
 from typing import Callable, List, Sequence
 
@@ -36,7 +37,9 @@ HEADER = (
     "s: median, p95",
     "m driven, median",
     "bumps",
+    "place off, 95 % of a round, median and worst: mm; degrees",
     "looking, s",
+    "slowest look, s",
     "computing, s",
 )
 PRACTICE_SEED = 0
@@ -96,9 +99,17 @@ def _row(controller: str, group: Sequence[InspectResult]) -> List[str]:
         f"{percentile(times, 50):.0f}, {percentile(times, 95):.0f}",
         f"{percentile(column('distance_m'), 50):.1f}",
         f"{sum(column('bumps')):.0f}",
+        "; ".join(_two(column(name), scale) for name, scale in (("place_p95_m", 1e3), ("place_p95_deg", 1.0))),
         f"{percentile(column('looking_s'), 50):.1f}",
+        f"{max(column('slowest_look_s')):.1f}",
         f"{percentile(column('computing_s'), 50):.1f}",
     ]
+
+
+def _two(values: Sequence[float], scale: float) -> str:
+    """Median and most, scaled; those that are not numbers left out (no belief, so no error)."""
+    known = [scale * value for value in values if math.isfinite(value)]
+    return f"{percentile(known, 50):.1f}, {max(known):.1f}" if known else "-"
 
 
 def write_rows(results: Sequence[InspectResult], file: Path) -> None:

@@ -14,7 +14,20 @@ from yarm.sim.scenes.layout import Layout
 from yarm.sim.scenes.layout_maker import make_layout
 
 KINEMATIC, PHYSICS = "kinematic", "physics"
-NUMBERS = ("right", "named_wrong", "end_s", "home_m", "home_rad", "distance_m", "bumps", "looking_s", "computing_s")
+NUMBERS = (
+    "right",
+    "named_wrong",
+    "end_s",
+    "home_m",
+    "home_rad",
+    "distance_m",
+    "bumps",
+    "place_p95_m",
+    "place_p95_deg",
+    "looking_s",
+    "slowest_look_s",
+    "computing_s",
+)
 """Figures of merit that a result keeps."""
 
 

@@ -12,7 +12,7 @@ from typing import List, Sequence
 
 from yarm.experiments.cells.study import add_options as cell_options
 from yarm.experiments.cells.study import cells
-from yarm.experiments.explore.figures import plot_final_maps, write_study
+from yarm.experiments.explore.figures import MAPPED_IN_PRACTICE, plot_final_maps, write_study
 from yarm.experiments.explore.measures import measure
 from yarm.experiments.explore.method_figure import plot_method
 from yarm.experiments.explore.pictures import plot_exploration
@@ -39,7 +39,6 @@ from yarm.geometry import Pose2
 
 BAR = 40
 STUDIES = ("table", "planning_time", "missions", "physics", "explore", "explore_slam", "tags", "inspect", "cells")
-MAPPED_IN_PRACTICE = ("report_printed", "report", "yarm")
 HALF_KNOWN_S = 150.0
 """The report's way with frontiers is shown on the map of `practice` at this time."""
 IN_PHYSICS = ("missions", "physics", "cells")

@@ -409,7 +409,7 @@ HAND_TOPICS: Tuple[Topic, ...] = (
     Topic(
         names.lift_command("{robot}"),
         "std_msgs/Float64",
-        "people",
+        f"{CONTROLS}, people",
         SIM,
         "on change",
         queue=10,

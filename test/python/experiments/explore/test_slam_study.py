@@ -117,7 +117,7 @@ def test_a_short_study_runs_and_goes_on_where_it_was(
         slam_study, "speed_specs", lambda n, w: [replace(s, time_limit_s=4.0) for s in speed_specs(n, w)]
     )
     asked = ["--study", "explore_slam", "--twins", "0", "--speed-seeds", "1", "--speed-world", world]
-    asked += ["--workers", "1", "--results", str(tmp_path)]
+    asked += ["--map-seconds", "0", "--workers", "1", "--results", str(tmp_path)]
     assert main(asked) == 0
     assert f"median of 1 runs, {world}" in capsys.readouterr().out
     files = sorted((tmp_path / "explore_slam_trials").iterdir())

@@ -21,6 +21,16 @@ def test_the_time_is_what_the_robot_did() -> None:
     assert found.place_p50_m == pytest.approx(0.02) and found.place_p95_deg == pytest.approx(0.0)
 
 
+def test_the_slowest_look_is_told() -> None:
+    record = told(SMALL, "yarm", TAGS)
+    looks = [order for order in record.orders if order.doing == "look"]
+    drives = [order for order in record.orders if order.doing != "look"]
+    assert looks and measure(record).slowest_look_s == max(look.end_s - look.start_s for look in looks) > 0.0
+    longer = dataclasses.replace(looks[0], end_s=looks[0].start_s + 7.0)
+    assert measure(dataclasses.replace(record, orders=(*record.orders, longer))).slowest_look_s == 7.0
+    assert measure(dataclasses.replace(record, orders=tuple(drives))).slowest_look_s == 0.0
+
+
 def test_goals_that_failed_are_counted() -> None:
     record = told(SMALL, "yarm", TAGS)
     assert [order.outcome for order in record.orders] == ["done", "done", "failed", "done"]

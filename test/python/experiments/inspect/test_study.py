@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import math
 from pathlib import Path
 from typing import Dict, Tuple
 
@@ -39,6 +40,20 @@ def test_the_table_counts_rounds_and_names_what_was_not_read() -> None:
     assert rows[2].split(" | ")[1:4] == ["1", "0", "8 of 10"]
     assert rows[3].split(" | ")[1:4] == ["2", "1", "19 of 20"]
     assert "open_0-yarm-0000, box 4: in doubt" in text
+
+
+def test_errors_of_the_place_are_given_as_median_and_worst_of_the_rounds_that_had_a_belief() -> None:
+    one = result("yarm", 10, 100.0)
+    rounds_told = [
+        dataclasses.replace(
+            one, numbers={**one.numbers, "place_p95_m": off_m, "place_p95_deg": 0.5, "slowest_look_s": look_s}
+        )
+        for off_m, look_s in ((0.010, 0.3), (0.012, 0.4), (0.020, 0.9), (math.nan, 0.0))
+    ]
+    (row,) = [line for line in table(rounds_told).splitlines() if line.startswith("| yarm")]
+    assert "| 12.0, 20.0; 0.5, 0.5 |" in row and row.split(" | ")[-2] == "0.9"
+    lost = dataclasses.replace(rounds_told[0], numbers={**rounds_told[0].numbers, "place_p95_m": math.nan})
+    assert "| -; 0.5, 0.5 |" in table([lost])
 
 
 def test_physics_rounds_are_other_trials_of_the_same_layouts() -> None:
