@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
@@ -10,11 +11,13 @@ import unittest
 
 import rospy
 import rostest
+import tf2_ros
 from rosgraph_msgs.msg import Log as LogMessage
 from yarm.msg import CommanderStatus, Contacts, MapMetaData, ObjectRegistry, SafetyStatus, SanderStatus, SimStatus
 from yarm.srv import StateChange
 
 from yarm.control.sander.states import SanderState
+from yarm.geometry import wrap_angle, yaw_of_quaternion
 from yarm.ros.common import names
 from yarm.ros.common.start import init_node
 from yarm.ros.common.status_age import STALE_S, silence
@@ -47,6 +50,9 @@ SAID = {
 WALL_LIMIT_S = 1000.0
 MOST_N = 30.0
 """Nothing is crushed: what a hand may push a piece with."""
+HOME_M, HOME_RAD = 0.15, math.radians(5.0)
+"""A robot is home when its end effector is this near to where it began: a cell of 0.10 m, and how far beside its middle
+a step may end."""
 
 
 class Heard:
@@ -65,6 +71,7 @@ class Heard:
         self.holds = []
         self.bins = {}
         self.mapped = set()
+        self.robots = set()
         self.said = []
         rospy.Subscriber("/rosout", LogMessage, self._on_log, queue_size=1000)
         rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._on_status, queue_size=100)
@@ -101,6 +108,7 @@ class Heard:
     def _on_registry(self, message):
         with self.condition:
             self.present = {entry.name for entry in message.entries}
+            self.robots |= {entry.name for entry in message.entries if entry.object == "Mobile"}
             self.seen |= self.present
             self.condition.notify_all()
 
@@ -131,6 +139,8 @@ class MissionTest(unittest.TestCase):
         self.scene = rospy.get_param("~scene")
         self.deadline = time.monotonic() + WALL_LIMIT_S
         self.heard = Heard()
+        self.tf = tf2_ros.Buffer()
+        self.listener = tf2_ros.TransformListener(self.tf)
         rospy.wait_for_service(names.COMMANDER_STATE, timeout=120.0)
         self.service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
 
@@ -153,9 +163,28 @@ class MissionTest(unittest.TestCase):
         self.wait(lambda: self.heard.fresh() and not self.heard.status.busy and self.heard.status.outcome, what)
         self.assertEqual(self.heard.status.outcome, "succeeded", self.heard.status)
 
+    def places(self):
+        """Where the simulation says that the end effectors are: x, y, m, and yaw, rad, by robot."""
+        found = {}
+        for robot in sorted(self.heard.robots):
+            frame, latest = names.ee_frame(robot), rospy.Time(0)
+            pose = self.tf.lookup_transform(names.WORLD_FRAME, frame, latest, rospy.Duration(30.0)).transform
+            q = pose.rotation
+            found[robot] = (pose.translation.x, pose.translation.y, yaw_of_quaternion((q.x, q.y, q.z, q.w)))
+        return found
+
+    def check_home(self, began):
+        """By the truth: every robot is back where it began."""
+        self.assertTrue(began, "no mobile robot is registered")
+        for robot, (x, y, yaw) in self.places().items():
+            from_x, from_y, from_yaw = began[robot]
+            self.assertLess(math.hypot(x - from_x, y - from_y), HOME_M, f"{robot} from its home, m")
+            self.assertLess(abs(wrap_angle(yaw - from_yaw)), HOME_RAD, f"{robot} from its heading at home, rad")
+
     def test_mission(self):
         rospy.wait_for_message(names.SIM_STATUS, SimStatus, timeout=120.0)  # the lock-step has begun
         self.wait(lambda: self.heard.present, "object_registry")
+        began = self.places()
         expected = EXPECTED[self.scene]
         debris = [goal for goal in expected if goal.startswith("debris")]
         self.ask(CommanderStatus.STARTED, current_state=True)
@@ -176,12 +205,14 @@ class MissionTest(unittest.TestCase):
             self.check_pause_cycle()
         self.ask(CommanderStatus.CLEANUP, next_state=True)
         self.idle("the way home")
+        self.check_home(began)
         self.ask(CommanderStatus.IDLE, next_state=True)
         self.ask(CommanderStatus.STARTED, current_state=True)
         with self.heard.condition:
             failures = [f"{t:.2f} s: {c.body_a} {c.link_a} / {c.body_b} {c.link_b}" for t, c in self.heard.failures]
             self.assertEqual(failures, [], "contacts by ground truth")
             if rospy.get_param("~bins", False):
+                self.assertEqual([body for body, found in self.heard.bins.items() if not found], [], "pieces in no bin")
                 self.assertGreater(self.heard.pushed_n, 0.0, "no hand has touched anything")
             self.assertLessEqual(self.heard.pushed_n, MOST_N, "a hand's force on a piece, N")
             unsaid = [words for words in SAID.get(self.scene, []) if not any(words in said for said in self.heard.said)]
