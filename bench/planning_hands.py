@@ -8,6 +8,7 @@ headings, and one goes to a random place, step by step, re-planned at each as by
 the same errands, one kind right after the other; each is held against the first on the errands that both can do. Prints
 how many errands each can do; processor times in ms, over those that all can do, of the first plan of an errand, of the
 plans of the steps after it, and of all plans of an errand together; and how many times as long as the first each takes.
+A row a plan goes to ``bench/data/planning_hands.csv``; an errand that cannot be done has one row without a plan.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
+import raw_rows
 
 from yarm.geometry import BoolArray, GridSpec
 from yarm.planning.fleet.yarm_planner import YarmPlanner
@@ -92,8 +94,29 @@ def carried_out(occupied: BoolArray, planner: YarmPlanner, shape: RobotShape, er
     return None
 
 
+def rows_of(kind: str, taken: List[Optional[List[float]]]) -> List[Dict[str, object]]:
+    """A row a plan of each errand; one without a plan for an errand that could not be done."""
+    rows: List[Dict[str, object]] = []
+    for errand, way in enumerate(taken):
+        plans = [("", "")] if way is None else [(step, round(ms, 3)) for step, ms in enumerate(way)]
+        rows += [{"robots": kind, "errand": errand, "plan": step, "ms": ms} for step, ms in plans]
+    return rows
+
+
+def lines(taken: Dict[str, List[Optional[List[float]]]]) -> List[str]:
+    """The table's lines of the plans' times, by kind and errand; times are of the errands that all kinds can do."""
+    done = [i for i in range(len(taken[next(iter(KINDS))])) if all(taken[kind][i] is not None for kind in KINDS)]
+    found = []
+    for kind in KINDS:
+        ways = [way for way in (taken[kind][i] for i in done) if way is not None]
+        first, after = [way[0] for way in ways], [ms for way in ways for ms in way[1:]]
+        cells = [f"{np.percentile(ms, q):.1f}" for ms in (first, after, [sum(w) for w in ways]) for q in (50, 95)]
+        found.append(f"| {kind} | {sum(way is not None for way in taken[kind])} | " + " | ".join(cells) + " |")
+    return found
+
+
 def main() -> None:
-    """Print the table."""
+    """Measure, print the table and keep the rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--errands", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
@@ -106,17 +129,11 @@ def main() -> None:
     for errand in asked:
         for kind, (shape, _) in KINDS.items():
             taken[kind].append(carried_out(occupied, planners[kind], shape, errand))
+    raw_rows.save(raw_rows.DATA / "planning_hands.csv", [row for kind in KINDS for row in rows_of(kind, taken[kind])])
     print(f"seed {options.seed}, {len(asked)} errands; processor time of a plan, ms")
-    print(
-        "| robots | errands done | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |"
-    )
+    print("| robots | errands done | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |")
     print("|---|---|---|---|---|---|---|---|")
-    done = [i for i in range(len(asked)) if all(taken[kind][i] is not None for kind in KINDS)]
-    for kind in KINDS:
-        ways = [way for way in (taken[kind][i] for i in done) if way is not None]
-        first, after = [way[0] for way in ways], [ms for way in ways for ms in way[1:]]
-        cells = [f"{np.percentile(ms, q):.1f}" for ms in (first, after, [sum(w) for w in ways]) for q in (50, 95)]
-        print(f"| {kind} | {sum(way is not None for way in taken[kind])} | " + " | ".join(cells) + " |")
+    print("\n".join(lines(taken)))
     bare, *others = KINDS
     for kind in others:
         pairs = [(one, two) for one, two in zip(taken[bare], taken[kind]) if one is not None and two is not None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Callable, Dict, List
+from typing import Callable, Dict, List, Optional
 
 import pytest
 import yaml
@@ -17,6 +17,7 @@ import kinematics  # noqa: E402 (bench is no package)
 import localisation  # noqa: E402
 import missions  # noqa: E402
 import planning  # noqa: E402
+import planning_hands  # noqa: E402
 from missions import write_csv  # noqa: E402
 from planning_report import write_report  # noqa: E402
 from planning_table import Table, read_rows  # noqa: E402
@@ -83,6 +84,18 @@ def test_the_table_of_the_kinematics_is_of_the_rows() -> None:
     assert set(methods) == set(kinematics.TITLES)
     for name, rows in methods.items():
         assert f"| {' | '.join(kinematics.line(kinematics.TITLES[name], rows))} |" in page
+
+
+def test_the_table_of_planning_with_hands_is_of_the_rows() -> None:
+    taken: Dict[str, List[Optional[List[float]]]] = {kind: [] for kind in planning_hands.KINDS}
+    for row in read_rows(ROOT / "bench" / "data" / "planning_hands.csv"):
+        errands = taken[row["robots"]]
+        if row["plan"] in ("", "0"):
+            errands.append([] if row["plan"] else None)
+        if row["plan"]:
+            errands[int(row["errand"])].append(float(row["ms"]))  # type: ignore[union-attr]
+    page = (ROOT / "bench" / "README.md").read_text(encoding="utf-8").splitlines()
+    assert [line for line in planning_hands.lines(taken) if line not in page] == []
 
 
 def test_what_is_said_of_the_hand_is_of_the_rows() -> None:
