@@ -131,7 +131,9 @@ def main() -> None:
             taken[kind].append(carried_out(occupied, planners[kind], shape, errand))
     raw_rows.save(raw_rows.DATA / "planning_hands.csv", [row for kind in KINDS for row in rows_of(kind, taken[kind])])
     print(f"seed {options.seed}, {len(asked)} errands; processor time of a plan, ms")
-    print("| robots | errands done | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |")
+    print(
+        "| robots | errands done | first of an errand, p50 | p95 | steps after, p50 | p95 | errand in all, p50 | p95 |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     print("\n".join(lines(taken)))
     bare, *others = KINDS

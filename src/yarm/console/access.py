@@ -104,6 +104,10 @@ class _Record:
     last_s: float
 
 
+TOLD = 16
+"""Wrong tokens of one peer that are told one by one; after these each double number is, so that no log fills."""
+
+
 class TokenGate:
     """Compares tokens, and makes who gives wrong ones wait. Not thread-safe."""
 
@@ -127,7 +131,7 @@ class TokenGate:
         return min(LONGEST_WAIT_S, FIRST_WAIT_S * 2.0 ** min(record.wrong - 1, 16))
 
     def right(self, peer: str, given: str) -> bool:
-        """Whether a token is the right one; a wrong one is remembered and told, an empty one is just not right."""
+        """Whether a token is the right one; a wrong one is remembered and told (TOLD), an empty one just not right."""
         if hmac.compare_digest(given.encode("utf-8", "replace"), self._token):
             return True
         if given:
@@ -137,5 +141,8 @@ class TokenGate:
             self._records.move_to_end(peer)
             if len(self._records) > MOST_PEERS:
                 self._records.popitem(last=False)
-            self._warn(f"wrong token from {peer}, number {record.wrong}: the next one waits {self.wait_s(peer):g} s")
+            if record.wrong <= TOLD or record.wrong & (record.wrong - 1) == 0:
+                self._warn(
+                    f"wrong token from {peer}, number {record.wrong}: the next one waits {self.wait_s(peer):g} s"
+                )
         return False

@@ -23,6 +23,8 @@ MESSAGES = Rate(60.0, 120.0)
 AHEAD = 2
 """Pictures a page may have been sent and not acknowledged."""
 HEARTBEAT_S = 30.0
+PAUSE = 0.2
+"""Part of a period that lies between two pictures at least."""
 POLICY = 1008
 
 
@@ -46,6 +48,11 @@ class Filming:
     period_s: float
 
 
+def _next_due(due_s: float, period_s: float, now_s: float) -> float:
+    """When the next one is due after the one that was due at ``due_s``; PAUSE of a period from now at the soonest."""
+    return max(due_s + period_s, now_s + PAUSE * period_s)
+
+
 class Pages:
     """Sends to every page; nothing is made while none is open, but for a film."""
 
@@ -67,9 +74,14 @@ class Pages:
         self._number = 0
 
     async def run(self) -> None:
-        """Make pictures until cancelled."""
+        """Make pictures until cancelled: each when it is due, whatever the one before took.
+
+        One that is late comes a part of a period after the one before, so that there is time for everything else.
+        """
+        due_s = time.monotonic()
         while True:
-            await asyncio.sleep(self._period_s)
+            due_s = _next_due(due_s, self._period_s, time.monotonic())
+            await asyncio.sleep(due_s - time.monotonic())
             filming = self._film_is_due(time.monotonic())
             if not self._open and not filming:
                 continue
@@ -87,7 +99,7 @@ class Pages:
     def _film_is_due(self, wall_s: float) -> Optional[Filming]:
         if self._filming is None or wall_s < self._film_at:
             return None
-        self._film_at = wall_s + self._filming.period_s
+        self._film_at = _next_due(self._film_at, self._filming.period_s, wall_s)
         return self._filming
 
     async def live(self, request: web.Request) -> web.StreamResponse:

@@ -117,7 +117,7 @@ class Supervisor:
             env=environment,
             pass_fds=(pulse,),
             start_new_session=True,
-            preexec_fn=_die_with_parent,  # noqa: PLW1509 (there are no threads)
+            preexec_fn=die_with_parent,  # noqa: PLW1509 (there are no threads)
         )
 
     def _on_signal(self, number: int, _: object) -> None:
@@ -135,7 +135,8 @@ class Supervisor:
         sys.stderr.flush()
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
+    """Have this process killed as soon as the thread that has started it is gone."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 

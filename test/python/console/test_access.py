@@ -11,6 +11,7 @@ from support.console_stand import OWN, TOKEN, Stand, run, told
 from yarm.console.access import (
     FORGIVEN_S,
     LONGEST_WAIT_S,
+    TOLD,
     TokenError,
     TokenGate,
     host_fault,
@@ -259,6 +260,24 @@ def test_the_gate_waits_longer_each_time_and_forgives():
     for peer in range(1000):
         gate.right(str(peer), "wrong")
     assert len(gate._records) <= 256
+
+
+def test_a_flood_of_guesses_fills_no_log(stand):
+    """The stop looks at each token at once; it says each of the first, and then less and less."""
+
+    async def flood():
+        async with stand.open() as client:
+            guesses = [
+                client.post("/command/stop", json={}, headers={"Authorization": f"Bearer guess{n}"}) for n in range(300)
+            ]
+            answers = [answer.status for answer in await asyncio.gather(*guesses)]
+            assert answers.count(401) <= WAITING and answers.count(429) >= 300 - WAITING
+
+    run(flood())
+    lines = [line for line in stand.said if "wrong token" in line]
+    numbers = [int(line.split("number ")[1].split(":")[0]) for line in lines]
+    assert numbers == [*range(1, TOLD + 1), 32, 64, 128, 256]
+    assert stand.cell.calls == []
 
 
 def test_messages_are_limited_in_size(stand):

@@ -7,11 +7,18 @@ a node's nice value alone then counts against nobody. So the session's is set wi
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import traceback
 from pathlib import Path
-from typing import List, Sequence
+from typing import Callable, List, Sequence
+
+from yarm.safety.supervise import die_with_parent
 
 SESSION = Path("/proc/self/autogroup")
+HANDED_ON = (signal.SIGINT, signal.SIGTERM)
+INTERRUPTED = 130
+"""Exit code of who was interrupted."""
 
 
 def set_priority(nice: int, session: Path = SESSION) -> List[str]:
@@ -35,6 +42,54 @@ def set_priority(nice: int, session: Path = SESSION) -> List[str]:
         except OSError as error:
             refused.append(f"nice value {nice} of the session: {error.strerror}")
     return refused
+
+
+def in_own_session(nice: int, work: Callable[[], int]) -> int:
+    """Do some work in a copy of this process, in a session of its own at a nice value of its own.
+
+    In the caller's session the value would hold for whoever else is in it, a node or a person's shell, and stay. The
+    copy dies with this process, and is told of its signals. Make it before threads are started, and before ROS is.
+
+    Args:
+        nice: as of ``set_priority``; what is refused is said, and the work done all the same.
+        work: gives the exit code.
+
+    Returns:
+        the exit code; 128 and the signal's number of a copy that was killed.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    copy = os.fork()
+    if copy == 0:
+        os._exit(_alone(nice, work))
+    before = {number: signal.signal(number, lambda got, _: os.kill(copy, got)) for number in HANDED_ON}
+    try:
+        code = os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1])
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return code if code >= 0 else 128 - code
+
+
+def _alone(nice: int, work: Callable[[], int]) -> int:
+    """The copy's part; never raises, as what is behind it is not the copy's."""
+    code = 1
+    try:
+        die_with_parent()
+        os.setsid()
+        for line in set_priority(nice):
+            sys.stderr.write(f"{os.path.basename(sys.argv[0])} runs without {line}\n")
+        code = work()
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else 1
+    except Exception:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    return code
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -38,7 +38,7 @@ from yarm.experiments.what_if.ask import (
 from yarm.experiments.what_if.cell import Cell, NoCellError, WhatIfError, cell_of_case, cell_of_run
 from yarm.experiments.what_if.trial import ROBOTS, WhatIfResult, WhatIfSpec, kinematic
 from yarm.records import RecordError, plain, read
-from yarm.ros.common.priority import set_priority
+from yarm.ros.common.priority import in_own_session
 
 NICE = 19
 ANSWERED, WRONG, NO_CELL = 0, 1, 2
@@ -77,8 +77,10 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str]) -> int:
     """Ask, print, draw, and give the exit code."""
     options = parser().parse_args(argv)
-    for line in set_priority(NICE):
-        sys.stderr.write(f"what_if runs without {line}\n")
+    return in_own_session(NICE, lambda: _answer(options))
+
+
+def _answer(options: argparse.Namespace) -> int:
     try:
         alternatives = _alternatives(options)
         specs = _checked(options, alternatives)  # before there are copies: what is wrong is said at once

@@ -25,7 +25,7 @@ from yarm.ros.experiment import what_if
 def test_a_wrong_question_is_refused_before_there_are_copies(
     call: List[str], words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(what_if, "set_priority", lambda nice: [])
+    monkeypatch.setattr(what_if, "in_own_session", lambda nice, work: work())
     monkeypatch.setattr(what_if, "copies", lambda count: pytest.fail("copies were made"))
     monkeypatch.setattr(what_if, "_cell_of_ros", lambda: pytest.fail("a live cell was asked for"))
     assert what_if.main([*call, "--workers", "2"]) == what_if.WRONG
