@@ -153,13 +153,13 @@ def test_one_manipulator_is_what_nobody_has_to_ask_for():
 
 def test_the_console_comes_only_when_it_is_asked_for():
     assert not [name for name in dumped("full_system") if name.startswith("/console/")]
-    for launch in ("full_system", "experiment", "explore_experiment", "inspect_experiment"):
-        params = dumped(launch, "console:=true", "console_port:=0", "console_token:=/tmp/token")
+    for launch in ("full_system", "experiment", "explore_experiment", "inspect_experiment", "youbot", "real_cell"):
+        wanted = ["cell:=1m1ma"] if launch == "real_cell" else []
+        params = dumped(launch, "console:=true", "console_port:=0", "console_token:=/tmp/token", *wanted)
         assert (params["/console/port"], params["/console/token_file"]) == (0, "/tmp/token")
         assert params["/console/results"] == os.path.join(os.environ["PWD"], "results"), "not below ROS's own folder"
-        assert dumped(launch, "console:=true", "console_results:=/a")["/console/results"] == "/a"
+        assert dumped(launch, "console:=true", "console_results:=/a", *wanted)["/console/results"] == "/a"
         assert params["/console/host"] == "127.0.0.1"
-    assert dumped("youbot", "console:=true", "console_results:=/a")["/console/results"] == "/a"
     assert faults(["console:=perhaps", "console_port:=70000"]) == [
         "launch argument console = 'perhaps': must be one of true, false",
         "launch argument console_port = '70000': must be within 0 to 65535",
