@@ -4,9 +4,11 @@
     python3 bench/hand_picks.py [--picks 500] [--placed 100]
 
 Each pick draws a place on the part or the table and the piece's yaw. Either the base stands somewhere within 7 cm of
-where it should, brings the tip over the piece as it was seen (within 5 mm) and picks, up to three tries, each seen and
-aligned anew (rows ``aligned``: yarm.control's own base controller and hand work); or the base was put there with an
-error of the tip of up to 0.01 or 0.03 m, and has one try without looking. At the end the robot backs off for 1.6 s and
+where it should, brings the tip over the piece as it was seen and picks, up to three tries, each seen and aligned anew
+(yarm.control's own base controller and hand work): seen within 5 mm (rows ``aligned``), or as far off as perception saw
+one of a hundred pieces (rows ``seen``; the medians of ``bench/data/pieces.csv``, along and across the piece, drawn anew
+for each try). Or the base was put there with an error of the tip of up to 0.01 or 0.03 m, and has one try without
+looking. At the end the robot backs off for 1.6 s and
 stops. A row a pick goes to ``bench/data/hand_picks.csv``; a run that was stopped goes on where it was.
 """
 
@@ -14,10 +16,12 @@ from __future__ import annotations
 
 import argparse
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Callable, Dict, List, Tuple
 
 import numpy as np
+from pieces import MEDIAN
 from planning_table import Row, Table, read_rows
 
 from yarm.control.actions import MobileAction
@@ -34,7 +38,9 @@ from yarm.sim.scenes.specs import ThingSpec
 
 ROWS = Path(__file__).resolve().parent / "data" / "hand_picks.csv"
 VALUES = ("on_part", "x", "y", "off_m", "tries", "taken", "held", "force_n", "touched", "reason")
-ALIGNED = "aligned"
+PIECES = ROWS.with_name("pieces.csv")
+ALIGNED, SEEN = "aligned", "seen"
+SEEDS = {ALIGNED: 1000, SEEN: 2000}
 PLACED_M = (0.01, 0.03)
 """Greatest errors of a tip whose base was put there."""
 BEGINS_WITHIN_M, BEGINS_WITHIN_RAD = 0.07, math.radians(10.0)
@@ -55,11 +61,15 @@ AWAY_MPS, AWAY_S = 0.5, 1.6
 def main() -> int:
     """Add the missing rows and print the shares."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--picks", type=int, default=500, help="with a base that aligns itself")
+    options.add_argument("--picks", type=int, default=500, help="with a base that aligns itself, of each kind")
     options.add_argument("--placed", type=int, default=100, help="with a base that was put there, for each error")
     chosen = options.parse_args()
     table = Table(ROWS, ("error_m", "pick"), VALUES)
-    for error, count in ((ALIGNED, chosen.picks), *((f"{error_m:g}", chosen.placed) for error_m in PLACED_M)):
+    for error, count in (
+        (ALIGNED, chosen.picks),
+        (SEEN, chosen.picks),
+        *((f"{error_m:g}", chosen.placed) for error_m in PLACED_M),
+    ):
         for number in range(count):
             table.add({"error_m": error, "pick": number}, lambda e=error, n=number: Pick(e, n).played())
     rows = read_rows(ROWS)
@@ -70,7 +80,7 @@ def main() -> int:
 
 def tell(error: str, rows: List[Row]) -> None:
     """Print the shares of the picks of one kind."""
-    print(f"{len(rows)} picks, tip {error if error == ALIGNED else f'within {error} m'}")
+    print(f"{len(rows)} picks, tip {error if error in SEEDS else f'within {error} m'}")
     for name, count in (
         ("taken at the first try", sum(row["taken"] == "True" and row["tries"] == "1" for row in rows)),
         (f"taken within {TRIES} tries", sum(row["taken"] == "True" for row in rows)),
@@ -91,11 +101,12 @@ class Pick:
         """Draw it.
 
         Args:
-            error: ``ALIGNED``, or the greatest error of the tip, metres.
+            error: ``ALIGNED``, ``SEEN``, or the greatest error of the tip, metres.
             number: of the pick.
         """
-        self._rng = np.random.default_rng((number, 1000 if error == ALIGNED else round(1000 * float(error))))
-        self._aligns = error == ALIGNED
+        self._rng = np.random.default_rng((number, SEEDS[error] if error in SEEDS else round(1000 * float(error))))
+        self._aligns = error in SEEDS
+        self._errors = seen_errors() if error == SEEN else None
         self._on_part = bool(self._rng.integers(2))
         low, high = ((-0.42, -0.27), (-0.08, 0.27)) if self._on_part else ((0.045, -0.5), (0.35, 0.5))
         self._x, self._y = self._rng.uniform(low, high).tolist()
@@ -158,10 +169,18 @@ class Pick:
 
     def _aligned(self, world: SimWorld, robot: Ankurbot) -> str:
         """Bring the tip over the piece as it is seen; why it is not there."""
-        seen = _middle(world) + self._disc(SEEN_WITHIN_M)
+        seen = _middle(world) + self._seen_off(world)
         heading = _tip(world).yaw_rad
         goal = BaseGoal(Pose2(*seen.tolist(), heading), tolerance_m=HandParams().hand_tolerance_m)
         return driven(world, robot, goal, self._tick)
+
+    def _seen_off(self, world: SimWorld) -> FloatArray:
+        """How far (2,) beside its middle the piece is seen, metres in the world."""
+        if self._errors is None:
+            return self._disc(SEEN_WITHIN_M)
+        along, across = self._errors[self._rng.integers(len(self._errors))]
+        axes: FloatArray = world.transforms()[PIECE][:2, :2]
+        return axes @ np.array((along, across))
 
     def _worked(self, world: SimWorld, hand: SuctionHand) -> str:
         """Pick as the controls server does; why it failed."""
@@ -186,6 +205,13 @@ class Pick:
         """A random point (2,) of a disc, uniform over its area."""
         angle, away = self._rng.uniform(-math.pi, math.pi), radius_m * math.sqrt(self._rng.uniform())
         return np.array((away * math.cos(angle), away * math.sin(angle)))
+
+
+@lru_cache(maxsize=1)
+def seen_errors() -> FloatArray:
+    """Errors (n, 2) of pieces' middles as perception saw them, metres along and across the piece."""
+    rows = [row for row in read_rows(PIECES) if row["of"] == MEDIAN]
+    return np.array([(float(row["along_m"]), float(row["across_m"])) for row in rows])
 
 
 def driven(world: SimWorld, robot: Ankurbot, goal: BaseGoal, tick: Callable[[SimWorld], None]) -> str:

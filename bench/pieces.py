@@ -3,25 +3,30 @@
 
     python3 bench/pieces.py [--rounds 25] [--sets 15]
 
-Four pieces a round. One line for single views, one for the median of a piece's views (half a second of them).
+Four pieces a round. One line for single views, one for the median of a piece's views (half a second of them). A row a
+view and a median goes to ``bench/data/pieces.csv``; ``hand_picks.py`` draws from the medians.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import asdict
 from pathlib import Path
-from typing import List, Sequence
+from typing import Dict, List, Sequence
 
 import numpy as np
+import raw_rows
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test"))
 
 from support.piece_errors import Error, calibrated_cell, looked_at
 
+VIEW, MEDIAN = "view", "median"
+
 
 def main() -> int:
-    """Measure and print."""
+    """Measure, print and keep the rows."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--rounds", type=int, default=25)
     options.add_argument("--sets", type=int, default=15, help="views of each piece")
@@ -35,9 +40,19 @@ def main() -> int:
     print(
         f"{len(pieces)} pieces, {chosen.sets} sets each: {len(views)} of {asked} views; the others had too few points"
     )
+    medians = [median(seen) for seen in pieces if seen]
     tell("single views", views)
-    tell("median of a piece's views", [median(seen) for seen in pieces if seen])
+    tell("median of a piece's views", medians)
+    raw_rows.save(
+        raw_rows.DATA / "pieces.csv",
+        [row(of, error) for of, kept in ((VIEW, views), (MEDIAN, medians)) for error in kept],
+    )
     return 0
+
+
+def row(of: str, error: Error) -> Dict[str, object]:
+    """A row of the file."""
+    return {"of": of, **{name: round(value, 5) for name, value in asdict(error).items()}}
 
 
 def median(views: Sequence[Error]) -> Error:

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import List, Optional, Sequence
 
 import rospkg
+import rospy
+from std_msgs.msg import Float32
 
 from yarm.commander.params import CommanderParams
 from yarm.experiments.what_if.ask import alternative, specs_of
@@ -19,12 +21,15 @@ from yarm.geometry import CellMap
 from yarm.msg import WhatIfAnswer
 from yarm.records import plain
 from yarm.resources import package_root
+from yarm.ros.common import names
 from yarm.ros.common.stations import load_station
 from yarm.srv import WhatIfRequest, WhatIfResponse
 
 LIMIT_S = 600.0
 """Wall time in which the answer must be there, s."""
 USUAL_RUNS = 10
+PROGRESS_LIMIT_S = 1.0
+"""Wall time that a sander has to say how far it is, s."""
 
 
 def live_settings(params: CommanderParams) -> Settings:
@@ -36,13 +41,36 @@ def live_settings(params: CommanderParams) -> Settings:
     return tuple(found)
 
 
+def share_done(arms: Sequence[str]) -> float:
+    """Share of its raster that the first of the arms has done; negative when it is at none, or there is no arm."""
+    if not arms:
+        return -1.0
+    try:
+        told = rospy.wait_for_message(names.sander_progress(min(arms)), Float32, timeout=PROGRESS_LIMIT_S)
+    except rospy.ROSException:
+        return -1.0
+    return min(0.99, float(told.data))
+
+
 def answered(
-    question: WhatIfRequest, cell_map: Optional[CellMap], arms: Sequence[str], params: CommanderParams
+    question: WhatIfRequest,
+    cell_map: Optional[CellMap],
+    arms: Sequence[str],
+    params: CommanderParams,
+    share: float = -1.0,
 ) -> WhatIfResponse:
-    """Run what is asked for and answer; never raises for a bad question, the message says what is wrong with it."""
+    """Run what is asked for and answer; never raises for a bad question, the message says what is wrong with it.
+
+    Args:
+        question: as asked.
+        cell_map: the newest map; None before the first.
+        arms: manipulators.
+        params: of the live Commander.
+        share: as of ``share_done``.
+    """
     if cell_map is None:
         return WhatIfResponse(message="no planning_metadata yet: nothing is known of the cell")
-    cell = cell_of_map(cell_map, {arm: load_station(arm) for arm in arms}, live_settings(params))
+    cell = cell_of_map(cell_map, {arm: load_station(arm) for arm in arms}, live_settings(params), share)
     try:
         specs_of(cell, [alternative(text) for text in asked_for(question)], question.runs or USUAL_RUNS, 1, {})
     except WhatIfError as error:

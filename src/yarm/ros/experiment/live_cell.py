@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import rospy
-from std_msgs.msg import Float32
 
 from yarm.commander.params import CommanderParams
 from yarm.experiments.what_if.cell import Cell, NoCellError
 from yarm.experiments.what_if.live import cell_of_map
 from yarm.geometry.kinds import ObjectKind
 from yarm.params import build, infos
-from yarm.ros.commander.what_if import live_settings
+from yarm.ros.commander.what_if import live_settings, share_done
 from yarm.ros.common import names
 from yarm.ros.common.conversions import parse_map_metadata
 from yarm.ros.common.start import init_command
 from yarm.ros.common.stations import load_station
 
-MAP_LIMIT_S, PROGRESS_LIMIT_S = 10.0, 1.0
+MAP_LIMIT_S = 10.0
 
 
 def live_cell() -> Cell:
@@ -36,13 +35,4 @@ def live_cell() -> Cell:
     given, known = rospy.get_param(names.COMMANDER_NODE, {}), {name for name, _, _ in infos(CommanderParams)}
     params = build(CommanderParams, {name: value for name, value in given.items() if name in known})
     stations = {arm: load_station(arm) for arm in arms}
-    return cell_of_map(cell_map, stations, live_settings(params), _share(arms[0]) if arms else -1.0)
-
-
-def _share(arm: str) -> float:
-    """Share of its raster that an arm has done; negative when it is at none."""
-    try:
-        told = rospy.wait_for_message(names.sander_progress(arm), Float32, timeout=PROGRESS_LIMIT_S)
-    except rospy.ROSException:
-        return -1.0
-    return min(0.99, float(told.data))
+    return cell_of_map(cell_map, stations, live_settings(params), share_done(arms))
