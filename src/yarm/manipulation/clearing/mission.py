@@ -195,7 +195,8 @@ class FloorMission:
         yield from self._feel(plan, report)
         yield from self._play((arm.lift(self._set, plan.above),), False)
         if not self._now.grasping:
-            raise _TryError(report.reason or "it was torn off the cup while it was lifted")
+            torn = f"it was torn off the cup while it was lifted: the cup holds {HOLDING_N:g} N"
+            raise _TryError(report.reason or torn)
         yield from self._play(arm.carry(self._set, self.carry, True), True)
 
     def _feel(self, plan: PickPlan, report: PieceReport) -> Work:

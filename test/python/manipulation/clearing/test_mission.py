@@ -153,7 +153,7 @@ def test_a_piece_that_is_heavier_than_it_was_said_is_given_up_with_the_reason() 
         result = play_mission(world, mission, FloorRobot(world, 3))
     assert not result.in_bin[PIECE]
     assert result.pieces[PIECE].tries == 3
-    assert result.pieces[PIECE].reason == "it was torn off the cup while it was lifted"
+    assert result.pieces[PIECE].reason == "it was torn off the cup while it was lifted: the cup holds 20 N"
     assert result.reason == ""
 
 
