@@ -31,6 +31,7 @@ EXPECTED = {
     "3m6_bin": [f"debris_{i}" for i in range(1, 7)],
     "mission_disturbed": [f"debris_{i}" for i in range(1, 5)],
     "mission_unnamed": ["debris_auto_1", "debris_auto_2"],
+    "mission_full_bin": ["debris_1"],
 }
 BODIES = {"debris_auto_1": "loose_1", "debris_auto_2": "loose_2"}
 """Names in the simulator of what only perception has named."""
@@ -44,9 +45,12 @@ SAID = {
         "a piece falls half over the table's edge",
         "a piece falls beside it, 1 cm apart",
         "the bin is moved while it is approached",
-    ]
+    ],
+    "mission_full_bin": ["bin_1 is full: a piece in it lies 0.08 m high, at most 0.06"],
 }
 """What must have been logged: that each disturbance has happened, and that it was noticed."""
+LIES_IN = {"mission_full_bin": {"debris_1": "bin_2", "debris_8": "bin_1", "debris_9": "bin_1"}}
+"""In which bin each piece must lie at the end."""
 WALL_LIMIT_S = 1000.0
 MOST_N = 30.0
 """Nothing is crushed: what a hand may push a piece with."""
@@ -213,6 +217,7 @@ class MissionTest(unittest.TestCase):
             self.assertEqual(failures, [], "contacts by ground truth")
             if rospy.get_param("~bins", False):
                 self.assertEqual([body for body, found in self.heard.bins.items() if not found], [], "pieces in no bin")
+                self.assertEqual(LIES_IN.get(self.scene, self.heard.bins), self.heard.bins)
                 self.assertGreater(self.heard.pushed_n, 0.0, "no hand has touched anything")
             self.assertLessEqual(self.heard.pushed_n, MOST_N, "a hand's force on a piece, N")
             unsaid = [words for words in SAID.get(self.scene, []) if not any(words in said for said in self.heard.said)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from yarm.commander.cell_state import CellState
 from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, SendGoal, Target, TaskState, TaskView
@@ -55,6 +55,7 @@ class Handling:
         """Nothing yet."""
         self._cell = cell
         self._jobs: Dict[str, Job] = {}
+        self._named: Set[str] = set()
 
     @property
     def busy(self) -> str:
@@ -65,7 +66,7 @@ class Handling:
     def start(self, now_s: float) -> None:
         """A mission starts: what hangs on hands goes on to a bin, and what was given back may be tried again."""
         cell = self._cell
-        self._jobs = {}
+        self._jobs, self._named = {}, set()
         cell.at_work, cell.refused, cell.full_bins = set(), {}, {}
         self._take_up(now_s)
 
@@ -118,7 +119,7 @@ class Handling:
             if not self._working(job.robot) and now_s >= job.since_s:
                 actions += self._go_on(job, now_s)
         self._take_up(now_s)
-        return actions + self._taken_out()
+        return actions + self._taken_out() + self._full_bins()
 
     def goal_done(self, goal: ActiveGoal, event: GoalDone, now_s: float) -> List[Action]:
         """A pick or a drop has ended; what the hand holds now is known to the cell."""
@@ -250,6 +251,16 @@ class Handling:
             if thing.name in self._cell.queue.leaving - known and not self._cell.bin_of(thing):
                 self._cell.queue.undone(thing.name)
                 actions.append(Log(Level.WARN, f"{thing.name} is in no bin any more"))
+        return actions
+
+    def _full_bins(self) -> List[Action]:
+        """Each bin is named when it is first found full, once a mission."""
+        actions: List[Action] = []
+        for found in self._cell.bins:
+            why = self._cell.full(found)
+            if why and found.name not in self._named:
+                self._named.add(found.name)
+                actions.append(Log(Level.WARN, f"{found.name} is full: {why}"))
         return actions
 
     def _working(self, robot: str) -> bool:

@@ -260,6 +260,8 @@ def test_a_full_bin_is_named_and_another_is_taken():
     assert outcome_of(cell).outcome == "succeeded"
     assert binned(cell) == {"debris_1": True, "debris_9": True}
     assert works(cell) == ["PICK debris_1", "DROP bin_2"]
+    named = [text for text in cell.said if "is full" in text]
+    assert len(named) == 1 and "bin_1 is full: a piece in it lies 0.50 m high, at most 0.45" in named[0]
 
 
 def test_a_bin_that_takes_nothing_counts_as_full():
@@ -268,6 +270,7 @@ def test_a_bin_that_takes_nothing_counts_as_full():
     assert outcome_of(cell).outcome == "succeeded"
     assert binned(cell) == {"debris_1": True}
     assert works(cell) == ["PICK debris_1", *["DROP bin_1"] * 3, "DROP bin_2"]
+    assert len([text for text in cell.said if "bin_1 is full: nothing was let go in 3 tries" in text]) == 1
 
 
 def test_without_a_bin_that_takes_more_the_mission_waits_and_says_so():
