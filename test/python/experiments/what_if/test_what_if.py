@@ -10,6 +10,7 @@ from typing import List
 
 import numpy as np
 import pytest
+import yaml
 
 from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
@@ -163,3 +164,30 @@ def test_faulty_questions_are_refused(cell: Cell, tmp_path: Path) -> None:
         check_physics(replace(cell, scene=""), [alternative("")])
     with pytest.raises(WhatIfError, match="robots: settings are planner"):
         check_physics(cell, [alternative("robots=2")])
+
+
+def test_a_moment_of_a_recorded_run_is_the_cell_as_it_was(tmp_path: Path) -> None:
+    """Robots at their newest rows, what was reached left out, what was sanded counted, the run's own settings."""
+    whole = cell_of_case("2m1ma")
+    first, second = whole.robots
+    reached, left = whole.goals
+    goals = {reached.name: {"declared_s": 12.0}, left.name: {"declared_s": None}}
+    (tmp_path / "summary.yaml").write_text(yaml.safe_dump({"sim_s": 30.0, "goals": goals}))
+    said = ["case:=2m1ma", "seed:=2", "vary:=false", "particles:=100", "bag:=false"]
+    (tmp_path / "arguments.yaml").write_text(yaml.safe_dump({"arguments": said}))
+    rows = [(first.name, 5.0, 1.0, 1.5, 0.1), (first.name, 12.5, 0.9, 1.4, 0.2), (first.name, 12.6, 0.0, 0.0, 0.0)]
+    lines = [",".join(map(str, row)) for row in rows]
+    (tmp_path / "path.csv").write_text("\n".join(["robot,time_s,x_m,y_m,yaw_rad", *lines]) + "\n")
+    (tmp_path / "squares.csv").write_text("sanded_s\n3.0\n9.0\n20.0\n40.0\n")
+    found = cell_of_run(tmp_path, 12.5)
+    assert [(r.name, r.x, r.y, r.yaw_rad) for r in found.robots] == [
+        (first.name, 0.9, 1.4, 0.2),
+        (second.name, second.x, second.y, second.yaw_rad),
+    ], "the newest row by then; one that has none yet stands at its start"
+    assert [goal.name for goal in found.goals] == [left.name]
+    assert found.share == 0.5 and ("particles", "100") in found.settings
+    assert [goal.name for goal in cell_of_run(tmp_path, 11.9).goals] == [reached.name, left.name]
+    with pytest.raises(WhatIfError, match=r"has a mission of 30\.0 s"):
+        cell_of_run(tmp_path, 30.1)
+    (one,) = [run_fork(spec) for spec in specs_of(found, [alternative("")], 1, 1, LIMITS)]
+    assert one.cleared
