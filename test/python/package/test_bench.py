@@ -107,6 +107,10 @@ def test_what_is_said_of_the_hand_is_of_the_rows() -> None:
     for error, said in (("0.01", "tip is within 1 cm"), ("0.03", "within the 3 cm")):
         (line,) = [line for line in page.splitlines() if said in line]
         assert f"| {taken[error]} of {len(picks[error])}" in line
+    for error, said in (("aligned", "rows `aligned`"), ("seen", "rows `seen`")):
+        (line,) = [line for line in page.splitlines() if said in line]
+        first = sum(row["taken"] == "True" and row["tries"] == "1" for row in picks[error])
+        assert f"| {first} of {len(picks[error])} at the first try" in line and taken[error] == len(picks[error])
 
 
 def test_a_row_is_made_once_and_survives_a_stop(tmp_path: Path) -> None:
