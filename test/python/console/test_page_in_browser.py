@@ -223,6 +223,49 @@ def test_each_layer_can_be_switched_off_and_on_and_each_view_is_taken_from_its_p
     desk.run(look())
 
 
+async def drag(browser, start, end):
+    """The mouse pressed at a place, moved to another and let go there."""
+    await browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=start[0], y=start[1])
+    held = {"button": "left", "buttons": 1}
+    await browser.call("Input.dispatchMouseEvent", type="mousePressed", x=start[0], y=start[1], clickCount=1, **held)
+    for share in (0.25, 0.5, 0.75, 1.0):
+        x, y = (a + share * (b - a) for a, b in zip(start, end))
+        await browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, **held)
+    await browser.call("Input.dispatchMouseEvent", type="mouseReleased", x=end[0], y=end[1], clickCount=1, **held)
+
+
+def test_a_drag_goes_round_the_cell_and_the_wheel_comes_nearer(desk, tmp_path):
+    async def look():
+        async with page_of(desk, BusyCellView(busy=False), tmp_path) as browser:
+            await browser.run(VIEW_FROM % "corner")
+            before = np.array(await browser.run("yarmConsole.eye()"))
+            await drag(browser, (600, 300), (300, 300))
+            moved = "Math.hypot(...yarmConsole.eye().map((v, i) => v - %s[i])) > 1.0"
+            await browser.until(moved % json.dumps(before.tolist()), LIMIT_S)
+            round_ = np.array(await browser.run("yarmConsole.eye()"))
+            assert round_[2] == pytest.approx(before[2], abs=0.05), "a level drag leaves the height"
+            await browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=600, y=300, deltaX=0, deltaY=-400)
+            await browser.until(f"yarmConsole.eye()[2] < {round_[2] - 0.1}", LIMIT_S)
+            assert np.linalg.norm(await browser.run("yarmConsole.eye()")) < np.linalg.norm(round_)
+
+    desk.run(look())
+
+
+def test_why_is_asked_and_its_answer_shown(desk, tmp_path):
+    cell = RecordingCell()
+
+    async def ask():
+        async with page_of(desk, BusyCellView(busy=False), tmp_path, cell) as browser:
+            await browser.run("[...document.querySelectorAll('#tasks button')][0].click()")
+            await browser.until("!document.querySelector('#why').hidden", LIMIT_S)
+            told = await browser.until("document.querySelector('#why').innerText.includes('done')", LIMIT_S)
+            goal = await browser.run("document.querySelector('#tasks td').innerText")
+            assert told and goal.startswith("debris_0")
+
+    desk.run(ask())
+    assert cell.calls == [("why", "debris_0")]
+
+
 TASK = {"goal": "debris_1", "kind": "Debris", "robot": "a", "status": "moving", "reason": "", "left_m": 1.24}
 ARM = {"name": "hc10", "state": "scan to path", "sands": True, "enabled": True, "progress": 0.14, "reason": ""}
 STILL_HEADER = {"commander": {"state": "BOUNDLESS"}, "tasks": [], "robots": [], "arms": [], "stop": {"latched": False}}
