@@ -11,6 +11,7 @@ from typing import List
 import numpy as np
 import pytest
 import yaml
+from distributed import LocalCluster
 
 from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
@@ -62,6 +63,13 @@ def test_copies_of_the_process_find_what_it_finds_itself(results: List[WhatIfRes
     specs = [result.spec for result in results]
     with copies(2) as pool:
         assert ask(specs, kinematic(), lambda text: None, pool=pool) == results
+
+
+def test_a_cluster_finds_what_this_process_finds(results: List[WhatIfResult]) -> None:
+    """As ``--scheduler`` does, with two workers of a Dask cluster on this machine."""
+    specs = [result.spec for result in results]
+    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+        assert ask(specs, kinematic(), lambda text: None, cluster.scheduler_address) == results
 
 
 def test_answers_stand_side_by_side_with_a_picture(results: List[WhatIfResult], tmp_path: Path) -> None:
