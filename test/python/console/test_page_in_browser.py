@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.browser import chromium
 from support.console_stand import RecordingCell
-from support.page_stand import SMALL_PX, TOKEN, UNPAINTED, BusyCellView, live, page_served
+from support.page_desk import DESK, LIMIT_S, PHONE, READY, VIEW_FROM, leave, page_of
+from support.page_stand import SMALL_PX, TOKEN, BusyCellView, live, page_served
 from yarm.commander.states import STATE_DOCS, State
 from yarm.console.cell import Part
 from yarm.console.film import Film
@@ -24,10 +24,7 @@ from yarm.manipulation.motion.checkpoints import ArmScene, Checkpoint
 from yarm.manipulation.motion.trajectory import arm_limits, quintic
 from yarm.manipulation.obstacles.physics import ArmWorld
 
-LIMIT_S = 300.0
-PHONE, DESK = (390, 844), (1280, 800)
 LEAST_PX = 24
-READY = "window.yarmConsole && yarmConsole.pictures() > 3 && document.querySelectorAll('#buttons button').length > 0"
 OUTSIDE = """[...document.querySelectorAll("button, input, select, summary")].filter((each) => {
   const box = each.getBoundingClientRect();
   return each.checkVisibility() && box.width && (box.left < 0 || box.right > innerWidth + 1);
@@ -53,9 +50,6 @@ TO_THE_END = """((range) => {
 NARROWEST_GOAL = "Math.min(...[...document.querySelectorAll('#tasks td:first-child')].map((cell) => cell.clientWidth))"
 NAME_PX = 80
 CUT_OFF = "document.querySelector('aside').scrollWidth - document.querySelector('aside').clientWidth"
-VIEW_FROM = """
-[...document.querySelectorAll("#presets button")].find((each) => each.textContent === "%s").click()
-"""
 PRESETS = "[...document.querySelectorAll('#presets button')].map((each) => each.textContent)"
 NAMES = """
 [...document.querySelectorAll("#labels span")].filter((each) => each.checkVisibility()).map((each) => {
@@ -67,47 +61,6 @@ SAID = """
 [...document.querySelectorAll("#said tbody tr")].map((row) => [...row.cells].map((cell) => cell.textContent))
 """
 START, END = np.array([0.0, 0.3, 0.8, 0.6, 0.0]), np.array([0.2, 0.3, 0.8, 0.7, 0.0])
-
-
-class Desk:
-    """A browser that one coroutine after the other uses."""
-
-    def __init__(self):
-        self.loop, self._open = asyncio.new_event_loop(), contextlib.AsyncExitStack()
-        self.browser = self.run(self._open.enter_async_context(chromium()))
-
-    def run(self, work):
-        return self.loop.run_until_complete(work)
-
-    def close(self):
-        self.run(self._open.aclose())
-        self.loop.close()
-
-
-@pytest.fixture(name="desk", scope="module")
-def desk_fixture():
-    desk = Desk()
-    yield desk
-    desk.close()
-
-
-@contextlib.asynccontextmanager
-async def page_of(desk, view, folder, cell=None, size=DESK):
-    async with page_served(live(cell or RecordingCell(), view), str(folder), rate_hz=30.0) as address:
-        browser = await desk.browser.another()
-        await browser.size(*size, mobile=size == PHONE)
-        await browser.call("Page.addScriptToEvaluateOnNewDocument", source=UNPAINTED)
-        await browser.open(f"{address}#token={TOKEN}")
-        await browser.until(READY, LIMIT_S)
-        yield browser
-        assert browser.errors == []
-        await leave(browser)
-
-
-async def leave(browser):
-    """The page lets go of its server, which waits for that."""
-    await browser.open("about:blank")
-    await browser.close()
 
 
 def test_everything_is_within_a_desks_and_a_phones_width_and_the_stop_always_in_sight(desk, tmp_path):
@@ -168,35 +121,6 @@ def test_no_name_lies_over_another(desk, tmp_path, size):
     desk.run(look())
 
 
-async def click(browser, x, y):
-    """A press of the mouse, and its release."""
-    given = {"x": x, "y": y, "button": "left", "clickCount": 1}
-    await browser.call("Input.dispatchMouseEvent", type="mousePressed", **given)
-    await browser.call("Input.dispatchMouseEvent", type="mouseReleased", **given)
-
-
-def test_a_click_on_an_object_tells_what_is_known_of_it(desk, tmp_path):
-    async def ask():
-        async with page_of(desk, BusyCellView(busy=False), tmp_path) as browser:
-            await click(browser, *await browser.run("yarmConsole.screen('ankurbot_1')"))
-            told = await browser.until("document.querySelector('#picked').innerText", LIMIT_S)
-            name, kind, at, cells, *rest = told.split("\n")
-            assert (name, kind, at) == ("ankurbot_1", "Mobile, dynamic", "at 1.00, 0.00, 0.00 m, turned 0\u00b0")
-            assert cells == f"cells: {await browser.run('yarmConsole.cells().ankurbot_1')}"
-            assert any(line.startswith("in sight of: ") for line in rest)
-            assert rest[-1] == "task: ankurbot_1 \u2192 debris_0, moving"
-            box = await browser.run(
-                "(({left, top}) => [left, top])(document.querySelector('#canvas').getBoundingClientRect())"
-            )
-            await click(browser, box[0] + 5, box[1] + 5)
-            await browser.until("document.querySelector('#picked').hidden", LIMIT_S)
-            await browser.run("yarmConsole.pick('debris_0')")
-            told = await browser.run("document.querySelector('#picked').innerText")
-            assert "seen by: camera 1, camera 3" in told.split("\n"), told
-
-    desk.run(ask())
-
-
 def test_each_layer_can_be_switched_off_and_on_and_each_view_is_taken_from_its_place(desk, tmp_path):
     async def look():
         async with page_of(desk, BusyCellView(busy=False), tmp_path) as browser:
@@ -221,49 +145,6 @@ def test_each_layer_can_be_switched_off_and_on_and_each_view_is_taken_from_its_p
             np.testing.assert_allclose(gap, (4.5, 0.0, 0.0), atol=1e-3)
 
     desk.run(look())
-
-
-async def drag(browser, start, end):
-    """The mouse pressed at a place, moved to another and let go there."""
-    await browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=start[0], y=start[1])
-    held = {"button": "left", "buttons": 1}
-    await browser.call("Input.dispatchMouseEvent", type="mousePressed", x=start[0], y=start[1], clickCount=1, **held)
-    for share in (0.25, 0.5, 0.75, 1.0):
-        x, y = (a + share * (b - a) for a, b in zip(start, end))
-        await browser.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, **held)
-    await browser.call("Input.dispatchMouseEvent", type="mouseReleased", x=end[0], y=end[1], clickCount=1, **held)
-
-
-def test_a_drag_goes_round_the_cell_and_the_wheel_comes_nearer(desk, tmp_path):
-    async def look():
-        async with page_of(desk, BusyCellView(busy=False), tmp_path) as browser:
-            await browser.run(VIEW_FROM % "corner")
-            before = np.array(await browser.run("yarmConsole.eye()"))
-            await drag(browser, (600, 300), (300, 300))
-            moved = "Math.hypot(...yarmConsole.eye().map((v, i) => v - %s[i])) > 1.0"
-            await browser.until(moved % json.dumps(before.tolist()), LIMIT_S)
-            round_ = np.array(await browser.run("yarmConsole.eye()"))
-            assert round_[2] == pytest.approx(before[2], abs=0.05), "a level drag leaves the height"
-            await browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=600, y=300, deltaX=0, deltaY=-400)
-            await browser.until(f"yarmConsole.eye()[2] < {round_[2] - 0.1}", LIMIT_S)
-            assert np.linalg.norm(await browser.run("yarmConsole.eye()")) < np.linalg.norm(round_)
-
-    desk.run(look())
-
-
-def test_why_is_asked_and_its_answer_shown(desk, tmp_path):
-    cell = RecordingCell()
-
-    async def ask():
-        async with page_of(desk, BusyCellView(busy=False), tmp_path, cell) as browser:
-            await browser.run("[...document.querySelectorAll('#tasks button')][0].click()")
-            await browser.until("!document.querySelector('#why').hidden", LIMIT_S)
-            told = await browser.until("document.querySelector('#why').innerText.includes('done')", LIMIT_S)
-            goal = await browser.run("document.querySelector('#tasks td').innerText")
-            assert told and goal.startswith("debris_0")
-
-    desk.run(ask())
-    assert cell.calls == [("why", "debris_0")]
 
 
 TASK = {"goal": "debris_1", "kind": "Debris", "robot": "a", "status": "moving", "reason": "", "left_m": 1.24}
