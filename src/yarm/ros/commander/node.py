@@ -57,7 +57,7 @@ from yarm.ros.commander.memory import MemoryBook
 from yarm.ros.commander.registry import RegistryWatch
 from yarm.ros.commander.reports import decision_message, exact_time, plan_report, status_message, why_response
 from yarm.ros.commander.results import ResultCount
-from yarm.ros.commander.what_if import answered, share_done
+from yarm.ros.commander.what_if import answered
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
 from yarm.ros.common.checks import Doorkeeper, present_s, safety_fault
@@ -208,7 +208,7 @@ class CommanderNode:
         """The cell is taken at one moment; its forks run in a process of their own, behind everything else."""
         with self._lock:
             cell_map, arms = self._core.cell.map, self._core.cell.manipulators
-        return answered(question, cell_map, arms, self._params, share_done(arms))
+        return answered(question, cell_map, arms, self._params)
 
     def _on_registry(self, update: Event) -> None:
         with self._lock:

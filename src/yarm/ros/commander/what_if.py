@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import List, Optional, Sequence
 
@@ -53,28 +54,17 @@ def share_done(arms: Sequence[str]) -> float:
 
 
 def answered(
-    question: WhatIfRequest,
-    cell_map: Optional[CellMap],
-    arms: Sequence[str],
-    params: CommanderParams,
-    share: float = -1.0,
+    question: WhatIfRequest, cell_map: Optional[CellMap], arms: Sequence[str], params: CommanderParams
 ) -> WhatIfResponse:
-    """Run what is asked for and answer; never raises for a bad question, the message says what is wrong with it.
-
-    Args:
-        question: as asked.
-        cell_map: the newest map; None before the first.
-        arms: manipulators.
-        params: of the live Commander.
-        share: as of ``share_done``.
-    """
+    """Run what is asked for and answer; never raises for a bad question, the message says what is wrong with it."""
     if cell_map is None:
         return WhatIfResponse(message="no planning_metadata yet: nothing is known of the cell")
-    cell = cell_of_map(cell_map, {arm: load_station(arm) for arm in arms}, live_settings(params), share)
+    cell = cell_of_map(cell_map, {arm: load_station(arm) for arm in arms}, live_settings(params))
     try:
         specs_of(cell, [alternative(text) for text in asked_for(question)], question.runs or USUAL_RUNS, 1, {})
     except WhatIfError as error:
         return WhatIfResponse(message=str(error))
+    cell = replace(cell, share=share_done(arms))
     with tempfile.TemporaryDirectory(prefix="yarm-what-if-") as folder:
         asked, told = Path(folder) / "cell.json", Path(folder) / "answers.json"
         asked.write_text(json.dumps(plain(cell)))
