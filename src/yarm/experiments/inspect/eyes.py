@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import process_time
-from typing import Callable, List, Mapping, Optional
+from typing import Callable, List, Optional
 
 import numpy as np
 
@@ -13,13 +13,13 @@ from yarm.geometry import Pose2
 from yarm.geometry.pinhole import BoxSize, level_camera
 from yarm.geometry.scans import Scan
 from yarm.inspection.boxes import Box
-from yarm.inspection.model import BLANK, PRINTED, Look, Reading
+from yarm.inspection.model import BLANK, PRINTED, UNKNOWN, Look, Reading
 from yarm.inspection.readers import Reader, Shot, make_reader
 from yarm.robots.turtlebot import CAMERA_Z_M, RGB_MOUNT
 from yarm.sim.scenes.layout import WALL_HIGH_M, Layout
 from yarm.sim.sensors.rgb_camera import Imaging, RgbCamera, RgbFrame, Room, TaggedBox
 from yarm.tags.motifs import GreyImage
-from yarm.tags.pictures import BLANKS, blank, shipped_pictures
+from yarm.tags.pictures import BLANKS, STRANGERS, blank, shipped_pictures, stranger
 
 OnLook = Callable[[LookRecord], None]
 """Told of each image that was looked at."""
@@ -56,11 +56,17 @@ class Camera:
     """Draws what the robot sees in a layout, under a light that the seed chooses."""
 
     def __init__(self, layout: Layout, seed: int) -> None:
-        """Hang the pictures up."""
+        """Hang the pictures up: of UNKNOWN tags strangers', the boxes' numbers choose which."""
         rng = np.random.default_rng((seed, 7))
         tags = shipped_pictures()
+
+        def picture(tag: int) -> GreyImage:
+            if tag == BLANK:
+                return blank(BLANKS[int(rng.integers(len(BLANKS)))], int(rng.integers(1000)))
+            return tags[tag]
+
         shown = [
-            TaggedBox(box.pose, box.size, self._picture(tag, tags, rng))
+            TaggedBox(box.pose, box.size, stranger(box.number % STRANGERS) if tag == UNKNOWN else picture(tag))
             for box, tag in zip(boxes_of(layout), layout.tags)
         ]
         self._room = Room(layout.arena.lower, layout.arena.upper, WALL_HIGH_M, tuple(shown))
@@ -78,12 +84,6 @@ class Camera:
         """The frame of a number from the robot's true pose: the same for the same number and pose."""
         pose = level_camera(robot, RGB_MOUNT, CAMERA_Z_M)
         return self._camera.render(self._room, pose, self._imaging, number)
-
-    @staticmethod
-    def _picture(tag: int, tags: Mapping[int, GreyImage], rng: np.random.Generator) -> GreyImage:
-        if tag == BLANK:
-            return blank(BLANKS[int(rng.integers(len(BLANKS)))], int(rng.integers(1000)))
-        return tags[tag]
 
 
 class Eyes:

@@ -12,7 +12,7 @@ import numpy as np
 from yarm.experiments.inspect.eyes import Camera, Eyes, Moment, boxes_of, make_eyes
 from yarm.experiments.inspect.pilot import ARRIVE_RAD, Pilot, Ways, known_map
 from yarm.experiments.inspect.record import RoundInfo, RoundRecord, RoundRecorder, TouchRow
-from yarm.experiments.inspect.switched_eyes import StillCamera, switched_eyes
+from yarm.experiments.inspect.switched_eyes import StillCamera, switched_eyes, with_strangers
 from yarm.experiments.inspect.switched_round import SwitchedRound
 from yarm.experiments.inspect.switches import LOOSE_RAD, Switches
 from yarm.geometry import Pose2
@@ -154,6 +154,8 @@ def run_round(layout: Layout, controller: str, seed: int, switches: Switches = N
         raise ValueError(f"controller {controller!r} has none of the report's faults to switch on")
     if controller not in CONTROLLERS:
         raise ValueError(f"controller {controller!r} is not known; known: {', '.join(CONTROLLERS)}")
+    if switches.strangers:
+        layout = with_strangers(layout)
     recorder = RoundRecorder()
     ways, camera = Ways(known_map(layout.arena)), (StillCamera if switches.frames_copied else Camera)(layout, seed)
     if controller == REPORT:

@@ -1,4 +1,4 @@
-"""Known faults of the report's program that can be switched on, each by itself, in its round without ROS."""
+"""Known faults of the report's program, or what would mend them, each by itself in its round without ROS."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ class Switches:
         no_goal_limit: a goal may take for ever.
         doubts_unheard: whatever the localisation holds for the place is driven by, as AMCL says of no place that it
             is not sure of it; ours would stop the robot.
+        strangers: every third of the tags is a picture that is in no set; its recognition knows no such thing.
         exact_order: not a fault but the remedy of one: the shortest order instead of the greedy one.
+        large_only: the same: outlines count from LARGE_PX2 on instead of 3000 px2.
+        inliers_used: the same: an outline counts if LEAST_INLIERS of its matches agree with it.
     """
 
     query_from_origin: bool = False
@@ -43,11 +46,20 @@ class Switches:
     home_early: bool = False
     no_goal_limit: bool = False
     doubts_unheard: bool = False
+    strangers: bool = False
     exact_order: bool = False
+    large_only: bool = False
+    inliers_used: bool = False
 
 
 LOOSE_RAD = 0.3
 """About 17 degrees."""
+LARGE_PX2 = 40000.0
+"""A little less than the outline of a tag 0.8 m away, seen from 60 degrees: the farthest that the text looks at."""
+LEAST_INLIERS = 10
+"""Four matches agree with any homography through them."""
+STRANGE_EVERY = 3
+"""One in so many tags is a stranger's."""
 PLAIN = "as the text has it"
 FAULTS: Mapping[str, Switches] = {
     PLAIN: Switches(),
@@ -63,7 +75,11 @@ FAULTS: Mapping[str, Switches] = {
     "every third frame lost, printed recognition": Switches(frames_lost=True, printed_vote=True),
     "seven frames are one": Switches(frames_copied=True),
     "seven frames are one, headings within the tolerance": Switches(frames_copied=True, loose_heading=True),
+    "every third tag a stranger's": Switches(strangers=True),
     "exact order instead of greedy": Switches(exact_order=True),
+    "outlines from 40 000 px2 on": Switches(large_only=True),
+    "outlines with 10 inliers or more": Switches(inliers_used=True),
+    "every third tag a stranger's, both of these": Switches(strangers=True, large_only=True, inliers_used=True),
 }
 """Variants of the report's round, by their names in the figure."""
 FAULTS_IN_PHYSICS: Mapping[str, Switches] = {

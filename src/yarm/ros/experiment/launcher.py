@@ -184,6 +184,7 @@ def run_case(options: argparse.Namespace, more: Sequence[str]) -> int:
     code = verdict(summary) if cell is None else cell_verdict(cell, folder, options.turns)
     if code != 0:
         sys.stderr.write(f"the last of {log}:\n" + "".join(f"  {line}\n" for line in last_words(log)))
+        sys.stderr.write("".join(f"wrong: {fault}\n" for fault in faults_of(summary)))
     sys.stdout.write(f"log: {log}\n")
     return code
 
@@ -360,6 +361,11 @@ def verdict(summary: Path) -> int:
         sys.stderr.write(f"the experiment ended without results: {summary} was not written; see the output above\n")
         return 1
     return 0 if yaml.safe_load(summary.read_text()).get("success") is True else 1
+
+
+def faults_of(summary: Path) -> List[str]:
+    """What the results say is wrong, a sentence each; nothing where there are no results."""
+    return list(yaml.safe_load(summary.read_text()).get("faults", ())) if summary.is_file() else []
 
 
 class Family:

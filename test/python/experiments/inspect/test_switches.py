@@ -12,14 +12,17 @@ from yarm.experiments.inspect.measures import measure
 from yarm.experiments.inspect.pilot import known_map
 from yarm.experiments.inspect.record import LookRecord, RoundRecord
 from yarm.experiments.inspect.runner import run_round
+from yarm.experiments.inspect.switched_eyes import StricterRecogniser, with_strangers
 from yarm.experiments.inspect.switches import Switches
 from yarm.geometry import Pose2
-from yarm.inspection.model import BLANK, PRINTED, UNSEEN, Stage
+from yarm.inspection.model import BLANK, PRINTED, UNKNOWN, UNSEEN, Stage
 from yarm.inspection.printed_round import PAUSE_S
 from yarm.sim.scenes.arena import Arena, Block
 from yarm.sim.scenes.layout import Layout, walls
 from yarm.sim.scenes.layout_maker import make_layout
+from yarm.tags.pictures import shipped_pictures
 
+REMEDIED = Switches(large_only=True, inliers_used=True)
 ONE = only(make_layout("corridor", 0), (3,))
 
 
@@ -57,6 +60,30 @@ def test_copied_frames_are_one_picture_a_heading_and_whole_images_hold_more_keyp
     plain, whole = (run_round(ONE, "report", 1, s).looks for s in (Switches(), Switches(whole_images=True)))
     most = [max(seen.keypoints for look in looks for seen in look.sightings) for looks in (plain, whole)]
     assert most[1] > most[0]
+
+
+def test_a_strangers_tag_hangs_on_every_third_box_that_bears_one() -> None:
+    layout = make_layout("open", 0)
+    strange = with_strangers(layout)
+    changed = [i for i, (a, b) in enumerate(zip(layout.tags, strange.tags)) if a != b]
+    tagged = [i for i, tag in enumerate(layout.tags) if tag != BLANK]
+    assert changed == tagged[2::3] and {strange.tags[i] for i in changed} == {UNKNOWN}
+    record = run_round(replace(ONE, tags=(UNKNOWN,)), "report", 1)
+    assert record.truth == {1: UNKNOWN} and measure(record).right == 0
+    assert [verdict.reading.tag for verdict in record.verdicts] == [BLANK], "it knows no unknown tag"
+
+
+def test_small_outlines_and_those_that_few_matches_agree_with_do_not_count() -> None:
+    plain = run_round(ONE, "report", 1)
+    assert measure(plain).right == 1 == measure(run_round(ONE, "report", 1, REMEDIED)).right
+    tags = shipped_pictures()
+    picture, number = Camera(ONE, 1).picture(plain.looks[0].robot), ONE.tags[0]
+    rejections = []
+    for least_px2, least_inliers in ((0.0, 0), (1e6, 0), (0.0, 10), (0.0, 10_000)):
+        seen = StricterRecogniser(tags, least_px2, least_inliers).look(picture)
+        rejections.append(next(s.rejection for s in seen if s.tag == number))
+    assert rejections == ["", "no homography", "", "no homography"]
+    assert StricterRecogniser({number: tags[number]}, 1e6, 10_000).look(None)[0].rejection == "no image"
 
 
 def facing_a_back() -> Layout:

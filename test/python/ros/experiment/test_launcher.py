@@ -167,7 +167,7 @@ print("[experiment]\\n[experiment] single, seed 4: {verdict}", flush=True)
 print("\\x1b[31mREQUIRED process [run_experiment-9] has died!", flush=True)
 print("process has died [pid 7, exit code 1, cmd /y/run_experiment --node __name:=run_experiment].", flush=True)
 folder = Path(given["results"]) / given["case"] / given["seed"]
-(folder / "summary.yaml").write_text("success: {success}")
+(folder / "summary.yaml").write_text("success: {success}\\nfaults: {faults}")
 """
 
 
@@ -178,7 +178,9 @@ def test_a_person_sees_progress_and_the_verdict_and_the_log_has_the_rest(
     fake = tmp_path / "bin" / "roslaunch"
     fake.parent.mkdir()
     verdict_text = "SUCCESS" if success == "true" else "FAILED"
-    fake.write_text(FAKE_ROSLAUNCH.format(python=sys.executable, success=success, verdict=verdict_text))
+    faults = "[]" if success == "true" else "[target_1 lies in no bin]"
+    text = FAKE_ROSLAUNCH.format(python=sys.executable, success=success, verdict=verdict_text, faults=faults)
+    fake.write_text(text)
     fake.chmod(0o755)
     monkeypatch.setenv("PATH", str(fake.parent) + os.pathsep + os.environ["PATH"])
     code = run(["--case", "single", "--seed", "4", "--results", str(tmp_path / "results")])
@@ -189,7 +191,8 @@ def test_a_person_sees_progress_and_the_verdict_and_the_log_has_the_rest(
     assert lines[1:] == ["  1.0 s | x1.0 | 3 waypoints", "", f"single, seed 4: {verdict_text}", f"log: {log}"]
     assert "PARAMETERS" in log.read_text()
     assert code == (0 if success == "true" else 1)
-    assert said.err.splitlines() == ([] if code == 0 else [f"the last of {log}:", "  [ERROR] no grid for 3 s"])
+    last = [f"the last of {log}:", "  [ERROR] no grid for 3 s", "wrong: target_1 lies in no bin"]
+    assert said.err.splitlines() == ([] if code == 0 else last)
 
 
 @pytest.mark.parametrize(
