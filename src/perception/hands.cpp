@@ -14,6 +14,7 @@ namespace {
 
 constexpr float kHandReach = 0.30F;  // a cup goes no farther down from the end effector than this, metres
 constexpr float kCupAside = 0.02F;   // a cup holds a piece whose edge is no farther from its middle than this, metres
+constexpr int kMostDoubted = 10;     // sets, a second of them
 constexpr double kSlipped = 0.02;    // a piece that has moved so far across the cup is no longer held, metres
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
@@ -55,8 +56,8 @@ Eigen::Isometry3d poseAtTip(const ObjectMemory& robot, const ObjectMemory& piece
 }  // namespace
 
 const std::vector<Hands::Load>& Hands::update(const std::vector<ObjectMemory*>& objects,
-                                              const std::set<std::string>& grasping) {
-  keep(objects, grasping);
+                                              const std::set<std::string>& grasping, bool timely) {
+  keep(objects, grasping, timely);
   for (const std::string& name : grasping) {
     const int robot = indexOf(objects, name);
     if (robot >= 0 && taken_.count(name) == 0) {
@@ -73,7 +74,7 @@ const std::vector<Hands::Load>& Hands::update(const std::vector<ObjectMemory*>& 
   return loads_;
 }
 
-void Hands::keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping) {
+void Hands::keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping, bool timely) {
   for (auto entry = taken_.begin(); entry != taken_.end();) {
     const int robot = grasping.count(entry->first) > 0 ? indexOf(objects, entry->first) : -1;
     const int piece = indexOf(objects, entry->second.piece);
@@ -82,7 +83,11 @@ void Hands::keep(const std::vector<ObjectMemory*>& objects, const std::set<std::
       const ObjectMemory& hand = *objects[static_cast<std::size_t>(robot)];
       const ObjectMemory& load = *objects[static_cast<std::size_t>(piece)];
       const Eigen::Vector2d aside = poseAtTip(hand, load).translation().head<2>();
-      held = (aside - entry->second.aside).norm() <= kSlipped && meets(hand.seed().T_world_seed, load) <= kHandReach;
+      const bool there =
+          (aside - entry->second.aside).norm() <= kSlipped && meets(hand.seed().T_world_seed, load) <= kHandReach;
+      int& doubted = entry->second.doubted;
+      doubted = there ? 0 : doubted + 1;
+      held = there || (!timely && doubted <= kMostDoubted);
     }
     entry = held ? std::next(entry) : taken_.erase(entry);
   }
@@ -102,7 +107,7 @@ void Hands::take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& 
     }
   }
   if (nearest != nullptr) {
-    taken_[robot.seed().name] = {nearest->seed().name, poseAtTip(robot, *nearest).translation().head<2>()};
+    taken_[robot.seed().name] = {nearest->seed().name, poseAtTip(robot, *nearest).translation().head<2>(), 0};
   }
 }
 

@@ -23,8 +23,10 @@ class Hands {
 
   /// What is held in a set. `grasping`: robots whose hand says that it holds something. A piece is carried from the set
   /// on in which its robot says so, and no longer when the robot says no more, or the piece is no longer where it was
-  /// taken. O(hands x debris).
-  const std::vector<Load>& update(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping);
+  /// taken. `timely`: the objects' poses are of one time; where they are not, a robot that moves seems to have left its
+  /// piece behind, which is then believed only after kMostDoubted such sets. O(hands x debris).
+  const std::vector<Load>& update(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping,
+                                  bool timely = true);
   /// Forgets what is held.
   void reset() { taken_.clear(); }
 
@@ -32,10 +34,11 @@ class Hands {
   struct Taken {
     std::string piece;
     Eigen::Vector2d aside;  // of the piece's seed from the tip when it was taken, metres, tip's frame
+    int doubted{0};         // sets on end in which it was not where it was taken, by poses of different times
   };
 
   /// Keeps those of the pieces taken before that are still where they were taken.
-  void keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping);
+  void keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping, bool timely);
   /// A robot that says that it holds something takes the first piece under its tip that no other hand holds.
   void take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& robot);
   [[nodiscard]] bool isTaken(const std::string& piece) const;

@@ -36,7 +36,7 @@ class YarmAssociator : public Associator {
     static const std::set<std::string> kNobodyGrasps;
     writeResult(input.set->stamp_ns);
     const std::vector<Hands::Load>& loads =
-        hands_.update(set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps);
+        hands_.update(set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps, input.timely);
     giveLoads(loads);
     strays_.carry(set_, loads);
     return result_;

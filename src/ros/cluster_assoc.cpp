@@ -247,6 +247,7 @@ void ClusterAssoc::process(perception::MergedSet& set) {
   input.calibrating = calibrating_;
   const std::set<std::string> grasping = graspingAt(set.stamp_ns);
   input.grasping = &grasping;
+  input.timely = found.match == SeedMatch::exact && !links_stalled_;
   publishAssociated(associator_->associate(input));
   tracks_.publish(set.stamp_ns, associator_->tracks());
   publishClusters(set);

@@ -34,6 +34,7 @@ struct AssociationInput {
   const LinkPoses* links{nullptr};                 ///< world <- tf frame at the capture time
   bool calibrating{false};                         ///< true while the Commander calibrates
   const std::set<std::string>* grasping{nullptr};  ///< mobile robots that say that something hangs on their hand
+  bool timely{true};                               ///< seeds and links are known at the capture time, not of before
 };
 
 /// Gives each point of a set to an object. Keeps a memory of the objects: one instance a cell, not thread safe.

@@ -36,7 +36,7 @@ class Cell {
     backend_->merge(factory_.clouds(stamp_), set_);
     const auto seeds = scene.seeds(stamp_);
     const auto knowledge = scene.knowledge();
-    result_ = &associator_->associate({&set_, &seeds, &knowledge, &scene.poses, false, &grasping});
+    result_ = &associator_->associate({&set_, &seeds, &knowledge, &scene.poses, false, &grasping, timely});
     grid_ = &builder_.build(*result_);
   }
 
@@ -61,6 +61,7 @@ class Cell {
 
   Scene scene;
   std::set<std::string> grasping;
+  bool timely{true};  ///< the poses are told as those of the set's time
   std::unique_ptr<pc::Associator>& associator() { return associator_; }
 
  private:
@@ -159,6 +160,39 @@ TEST(Hands, WhatIsNoLongerThereIsDebrisWhateverTheySay) {
     EXPECT_EQ(cell.carrier("debris_1"), "") << off.transpose();
     EXPECT_FALSE(cell.cells("debris_1").empty());
   }
+}
+
+TEST(Hands, WhatPosesOfDifferentTimesShowElsewhereIsKeptForASecond) {
+  Cell cell;
+  cell.grasping = {"ankurbot_1"};
+  cell.step();
+  cell.timely = false;
+  for (int again = 0; again < 2; ++again) {
+    cell.move("debris_1", 0.0, 0.1, 0.0);
+    for (int k = 0; k < 10; ++k) {
+      cell.step();
+      EXPECT_EQ(cell.carrier("debris_1"), "ankurbot_1") << k;
+    }
+    cell.move("debris_1", 0.0, -0.1, 0.0);
+    cell.step();
+    EXPECT_EQ(cell.carrier("debris_1"), "ankurbot_1") << "one set in which it is there, and the second begins anew";
+  }
+  cell.grasping.clear();
+  cell.step();
+  EXPECT_EQ(cell.carrier("debris_1"), "") << "what the hand says counts at once";
+}
+
+TEST(Hands, AfterThatSecondItIsDebris) {
+  Cell cell;
+  cell.grasping = {"ankurbot_1"};
+  cell.step();
+  cell.timely = false;
+  cell.move("debris_1", 0.12, 0.12, 0.0);
+  for (int k = 0; k < 11; ++k) {
+    EXPECT_EQ(cell.carrier("debris_1"), "ankurbot_1") << k;
+    cell.step();
+  }
+  EXPECT_EQ(cell.carrier("debris_1"), "");
 }
 
 TEST(Hands, EachHoldsItsOwn) {

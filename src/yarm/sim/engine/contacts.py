@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Dict, List, Mapping, Optional, Tuple
 
 import pybullet
@@ -18,6 +19,7 @@ DEBRIS_LINKS = ("table", "part", "bin")
 """Links of fixtures that debris may lie on, or in."""
 TIP_LINKS = ("ee", "hand")
 """Links of a mobile robot that may touch the debris it was sent to."""
+NOTHING_HELD: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -50,20 +52,24 @@ class Contact:
     force_n: float
 
 
-def contact_kind(a: Side, b: Side, goals: Mapping[str, str], stations: Stations) -> ContactKind:
+def contact_kind(
+    a: Side, b: Side, goals: Mapping[str, str], stations: Stations, held: Mapping[str, str] = NOTHING_HELD
+) -> ContactKind:
     """What a contact of these two sides counts as.
 
     Allowed: fixed things among themselves; wheels or casters and floor; an arm's base and its own stand; debris and a
     table, bin, floor or other debris; the sander and its own station's workpiece; an end effector and the debris it was
-    sent to.
+    sent to, or that hangs on it.
     ``goals`` says to which debris each robot was sent; while it is empty (nobody assigns tasks) an end effector may
-    touch any debris. Sander and debris is counted apart.
+    touch any debris. ``held`` says what hangs on each robot's hand. Sander and debris is counted apart.
     """
-    kinds = (_kind_of_ordered(a, b, goals, stations), _kind_of_ordered(b, a, goals, stations))
+    kinds = (_kind_of_ordered(a, b, goals, stations, held), _kind_of_ordered(b, a, goals, stations, held))
     return next((kind for kind in kinds if kind is not None), ContactKind.FAILURE)
 
 
-def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str], stations: Stations) -> Optional[ContactKind]:
+def _kind_of_ordered(
+    one: Side, other: Side, goals: Mapping[str, str], stations: Stations, held: Mapping[str, str]
+) -> Optional[ContactKind]:
     if one.kind == ObjectKind.MANIPULATOR and one.link == "sander" and other.kind == ObjectKind.DEBRIS:
         return ContactKind.SANDER_DEBRIS
     # A robot without a goal may touch no debris; but while no goals are known at all, any.
@@ -75,7 +81,7 @@ def _kind_of_ordered(one: Side, other: Side, goals: Mapping[str, str], stations:
         or (one.link == "base_link" and other.body == own.get("stand"))
         or (one.link == "sander" and other.link == "part" and other.body == own.get("table"))
         or (one.kind == ObjectKind.DEBRIS and (other.kind in (ObjectKind.DEBRIS, FLOOR) or other.link in DEBRIS_LINKS))
-        or (one.link in TIP_LINKS and other.kind == ObjectKind.DEBRIS and goal == other.body)
+        or (one.link in TIP_LINKS and other.kind == ObjectKind.DEBRIS and other.body in (goal, held.get(one.body)))
     )
     return ContactKind.ALLOWED if allowed else None
 
@@ -92,6 +98,7 @@ class ContactLog:
         self._deepest: Dict[Key, Tuple[float, Tuple[float, float, float]]] = {}
         self._forces: Dict[Key, float] = {}
         self.goals: Dict[str, str] = {}
+        self.held: Dict[str, str] = {}
 
     def register(self, uid: int, name: str, kind: str, links: List[str]) -> None:
         """Know a body; ``links`` by PyBullet's index, the root last."""
@@ -110,6 +117,12 @@ class ContactLog:
         """Which debris each robot was sent to."""
         if dict(goals) != self.goals:
             self.goals = dict(goals)
+            self._kinds.clear()
+
+    def set_held(self, held: Mapping[str, str]) -> None:
+        """Which debris hangs on each robot's hand."""
+        if dict(held) != self.held:
+            self.held = dict(held)
             self._kinds.clear()
 
     def collect(self) -> None:
@@ -136,7 +149,7 @@ class ContactLog:
                 continue
             kind = self._kinds.get(key)
             if kind is None:
-                kind = self._kinds[key] = contact_kind(a, b, self.goals, self.stations)
+                kind = self._kinds[key] = contact_kind(a, b, self.goals, self.stations, self.held)
             contacts.append(Contact(a, b, position, depth, kind, self._forces.get(key, 0.0)))
         self._deepest, self._forces = {}, {}
         return contacts

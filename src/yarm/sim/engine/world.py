@@ -167,6 +167,7 @@ class SimWorld:
             pybullet.stepSimulation(physicsClientId=self._client)
             self.contacts.collect()
             self.steps += 1
+        self.contacts.set_held({name: piece for name in self.robots if (piece := self._on_hand(name))})
         return lost
 
     def run(self, seconds: float) -> None:
@@ -223,9 +224,7 @@ class SimWorld:
 
         Debris that perception named is what the robot holds, else the piece that nobody registered nearest to its tip.
         """
-        hand = self.hands.get(robot)
-        held = hand.held_uid if hand is not None and goal.startswith(STRAY) else None
-        on_hand = next((body.name for body in self.bodies.values() if held in body.uids), "")
+        on_hand = self._on_hand(robot) if goal.startswith(STRAY) else ""
         return on_hand or (goal if robot not in self.robots else self.named(goal, self.seed_xy()[robot]))
 
     def named(self, name: str, xy: Tuple[float, float]) -> str:
@@ -403,12 +402,19 @@ class SimWorld:
                 nearest, least = other.name, distance
         return ClearanceReading(name, nearest, float(least))
 
+    def _on_hand(self, robot: str) -> str:
+        """Name of the piece that hangs on a robot's hand; empty for none, and for what has no hand."""
+        hand = self.robots[robot].hand if robot in self.robots else None
+        held = None if hand is None else hand.held_uid
+        return "" if held is None else next((body.name for body in self.bodies.values() if held in body.uids), "")
+
     def _may_touch(self, body: Body, other: Body) -> bool:
         """Whether a robot's distance to the other body says nothing about safety (its goal, an arm's part)."""
         if body.kind == ObjectKind.MANIPULATOR:
             return other.name in self.contacts.stations[body.name].values() or other.kind == ObjectKind.DEBRIS
-        goals = self.contacts.goals
-        return other.kind == ObjectKind.DEBRIS and goals.get(body.name, "" if goals else other.name) == other.name
+        goals, held = self.contacts.goals, self.contacts.held
+        own = (goals.get(body.name, "" if goals else other.name), held.get(body.name))
+        return other.kind == ObjectKind.DEBRIS and other.name in own
 
     def _overlapping(self, uid: int) -> List[str]:
         """Bodies, and the floor, that a body overlaps."""

@@ -74,6 +74,15 @@ def test_pairs_in_either_order(a: Side, b: Side, kind: ContactKind) -> None:
     assert contact_kind(b, a, goals, STATIONS) is kind
 
 
+def test_what_hangs_on_a_hand_may_touch_it_wherever_the_robot_is_sent() -> None:
+    goals, held = {"ankurbot_1": "debris_2"}, {"ankurbot_1": "debris_1"}
+    hand = Side("ankurbot_1", "Mobile", "hand")
+    assert contact_kind(hand, DEBRIS, goals, STATIONS) is BAD
+    assert contact_kind(hand, DEBRIS, goals, STATIONS, held) is OK is contact_kind(DEBRIS, hand, goals, STATIONS, held)
+    assert contact_kind(ARM, DEBRIS, goals, STATIONS, held) is BAD
+    assert contact_kind(Side("ankurbot_2", "Mobile", "hand"), DEBRIS, goals, STATIONS, held) is BAD
+
+
 def test_without_goals_known_any_debris_is_an_end_effectors_goal() -> None:
     assert contact_kind(EE, DEBRIS_2, {}, STATIONS) is OK
     assert contact_kind(EE, DEBRIS_2, {"ankurbot_2": "debris_2"}, STATIONS) is BAD

@@ -84,6 +84,13 @@ def test_debris_is_picked_carried_and_let_go(world: SimWorld, dx: float, dy: flo
     carried = pybullet.getBasePositionAndOrientation(uid, physicsClientId=world.client)[0]
     assert np.linalg.norm(np.array(carried[:2]) - hand.cup[:2, 3]) < 0.05
     assert not world.failures()
+    world.contacts.set_goals({"ankurbot_1": "debris_2"})
+    world.run(0.2)
+    assert any({c.a.link, c.b.link} >= {"hand"} for c in world.contacts.take()), (
+        "it hangs on the cup, wherever it is sent"
+    )
+    world.run(0.2)
+    assert not world.failures()
     hand.off()
     assert not hand.grasping
     world.run(1.0)
