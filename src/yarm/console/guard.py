@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
+from asyncio import sleep
 from collections import Counter
 from typing import Awaitable, Callable, Optional
 
@@ -92,7 +92,7 @@ class Guard:
             return refusal(429, "too many wrong tokens; wait a little")
         self._waiting[peer] += 1
         try:
-            await asyncio.sleep(self._gate.wait_s(peer))
+            await sleep(self._gate.wait_s(peer))
             if request.path != STOP and self._gate.right(peer, given):
                 return None
         finally:

@@ -8,6 +8,7 @@ import pytest
 from aiohttp import ClientSession, WSMsgType
 
 from support.console_stand import OWN, TOKEN, Stand, run, told
+from yarm.console import guard
 from yarm.console.access import (
     FORGIVEN_S,
     LONGEST_WAIT_S,
@@ -194,17 +195,34 @@ def test_wrong_tokens_are_slowed_down_and_logged_and_never_shown(stand):
     assert not any("guess" in line or TOKEN in line for line in stand.said)
 
 
-def test_many_guesses_at_once_are_no_faster(stand):
+async def flooded(client, path, guesses, monkeypatch):
+    """Statuses of so many guesses at once; nobody's wait ends before all others have an answer, however slow it is."""
+    over, asked = asyncio.Event(), []
+
+    async def waits(wait_s):
+        asked.append(wait_s)
+        await over.wait()
+
+    monkeypatch.setattr(guard, "sleep", waits)
+    jobs = [
+        asyncio.ensure_future(client.post(path, json=NEXT, headers={"Authorization": f"Bearer guess{n}"}))
+        for n in range(guesses)
+    ]
+    left = set(jobs)
+    while len(left) > WAITING:
+        _, left = await asyncio.wait(left, return_when=asyncio.FIRST_COMPLETED)
+    over.set()
+    return [answer.status for answer in await asyncio.gather(*jobs)], asked
+
+
+def test_many_guesses_at_once_are_no_faster(stand, monkeypatch):
     async def flood():
         async with stand.open() as client:
             await client.post("/command/state", json=NEXT, headers={"Authorization": "Bearer guess"})
-            guesses = [
-                client.post("/command/state", json=NEXT, headers={"Authorization": f"Bearer guess{n}"})
-                for n in range(40)
-            ]
-            answers = [answer.status for answer in await asyncio.gather(*guesses)]
-            assert answers.count(401) <= WAITING, "only so many are looked at"
-            assert answers.count(429) >= 40 - WAITING
+            answers, waits = await flooded(client, "/command/state", 40, monkeypatch)
+            assert answers.count(401) == WAITING, "only so many are looked at"
+            assert answers.count(429) == 40 - WAITING
+            assert waits == [0.25] * WAITING
 
     run(flood())
     assert stand.cell.calls == []
@@ -262,16 +280,13 @@ def test_the_gate_waits_longer_each_time_and_forgives():
     assert len(gate._records) <= 256
 
 
-def test_a_flood_of_guesses_fills_no_log(stand):
+def test_a_flood_of_guesses_fills_no_log(stand, monkeypatch):
     """The stop looks at each token at once; it says each of the first, and then less and less."""
 
     async def flood():
         async with stand.open() as client:
-            guesses = [
-                client.post("/command/stop", json={}, headers={"Authorization": f"Bearer guess{n}"}) for n in range(300)
-            ]
-            answers = [answer.status for answer in await asyncio.gather(*guesses)]
-            assert answers.count(401) <= WAITING and answers.count(429) >= 300 - WAITING
+            answers, _ = await flooded(client, "/command/stop", 300, monkeypatch)
+            assert (answers.count(401), answers.count(429)) == (WAITING, 300 - WAITING)
 
     run(flood())
     lines = [line for line in stand.said if "wrong token" in line]
