@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The inspector is told to end, or is killed, while the robot drives: the robot stands, and what was read is kept."""
+"""The inspector is told to end, is killed, or hangs while the robot drives: it stands, and what was read is kept."""
 
 from __future__ import annotations
 
@@ -58,11 +58,21 @@ class InspectorEndsTest(ListeningTest):
         self.end_by(signal.SIGINT)
 
     def test_2_killed_it_leaves_a_robot_that_stands_and_what_was_read(self) -> None:
+        self.end_another_by(signal.SIGKILL)
+
+    def test_3_so_it_does_when_a_launch_file_ends_it(self) -> None:
+        self.end_another_by(signal.SIGTERM)
+
+    def test_4_and_when_it_hangs(self) -> None:
+        self.end_another_by(signal.SIGSTOP)
+
+    def end_another_by(self, number: signal.Signals) -> None:
+        """Start an inspector anew and end it by a signal in its round."""
         with self.changed:
             self.kept[names.inspector("status")].clear()
         with subprocess.Popen(["rosrun", "yarm", "inspector"]) as again:
             try:
-                self.end_by(signal.SIGKILL)
+                self.end_by(number)
             finally:
                 again.kill()
 
@@ -72,7 +82,8 @@ class InspectorEndsTest(ListeningTest):
         pid = node_pids()[NODE]
         read = len(self.kept[names.inspector("status")][-1].verdicts)
         os.kill(pid, number)
-        self.ask(lambda: not Path(f"/proc/{pid}").exists() or "State:\tZ" in Path(f"/proc/{pid}/status").read_text(),
+        over = "State:\tT" if number == signal.SIGSTOP else "State:\tZ"
+        self.ask(lambda: not Path(f"/proc/{pid}").exists() or over in Path(f"/proc/{pid}/status").read_text(),
                  "the inspector's end")  # fmt: skip
         ended_s = rospy.get_time()
         rested = self.truth_after(ended_s + STOPS_S)

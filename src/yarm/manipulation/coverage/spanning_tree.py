@@ -1,7 +1,7 @@
 """Spanning-tree coverage: a closed way that enters every cell of a floor once.
 
-Cells are taken four by four; a tree over the blocks, by depth-first search, is walked round, which passes through each
-cell of each of its blocks exactly once and ends beside where it began: Y. Gabriely, E. Rimon, "Spanning-tree based
+Cells are taken in blocks of 2 x 2; a tree over the blocks, by depth-first search, is walked round, which passes through
+each cell of each of its blocks exactly once and ends beside where it began: Y. Gabriely, E. Rimon, "Spanning-tree based
 coverage of continuous areas by a mobile robot", Annals of Mathematics and Artificial Intelligence 31, 2001. Cells that
 belong to no whole block are loose: they are named, and gone to one after the other once the round is closed.
 """

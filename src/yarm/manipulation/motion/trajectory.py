@@ -204,7 +204,10 @@ def through_waypoints(points: npt.ArrayLike, limits: MotionLimits) -> Trajectory
         raise TrajectoryError(f"a path needs two waypoints, not {len(corners)}")
     gaps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if np.any(gaps < STILL_RAD):
-        raise TrajectoryError(f"waypoints {int(np.argmin(gaps))} and {int(np.argmin(gaps)) + 1} are the same")
+        first = int(np.argmin(gaps))
+        raise TrajectoryError(
+            f"waypoints {first} and {first + 1} are the same: {gaps[first]:.1g} rad apart, {STILL_RAD:g} at least is due"
+        )
     ways = np.concatenate([[0.0], np.cumsum(gaps)])
     path = toppra.SplineInterpolator(ways, corners)
     bounds = [

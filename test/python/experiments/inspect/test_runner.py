@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, Tuple
+from typing import Any, Callable, Tuple
 
 import numpy as np
 import pytest
 
-from python.experiments.inspect_samples import SMALL, ours, report
+from python.experiments.inspect_samples import SMALL, ours, printed, report
 from yarm.experiments.inspect.measures import faults_of, measure
 from yarm.experiments.inspect.record import RoundRecord
 from yarm.experiments.inspect.runner import LIMIT_S, run_round
@@ -36,8 +36,12 @@ def comparable(record: RoundRecord) -> Tuple[Any, ...]:
     return images, tuple(repr(getattr(rest, field.name)) for field in dataclasses.fields(rest))
 
 
-def test_the_same_seed_gives_the_same_round() -> None:
-    assert comparable(run_round(SMALL, "yarm", 1)) == comparable(ours())
+@pytest.mark.parametrize(("controller", "first"), [("yarm", ours), ("report", report), ("report_printed", printed)])
+def test_the_same_seed_gives_the_same_round(controller: str, first: Callable[[], RoundRecord]) -> None:
+    assert comparable(run_round(SMALL, controller, 1)) == comparable(first())
+
+
+def test_another_seed_gives_another_round() -> None:
     assert comparable(run_round(SMALL, "yarm", 2)) != comparable(ours())
 
 

@@ -28,7 +28,7 @@ def drawn(n: int) -> FloatArray:
 
 
 def test_every_reachable_pose_is_solved_and_the_configuration_is_among_the_answers() -> None:
-    q = drawn(2000)
+    q = drawn(10_000)
     for joints, pose in zip(q, forward_many(q)):
         answer = inverse(pose)
         assert answer.status is IkStatus.SOLVED
