@@ -346,13 +346,14 @@ def test_what_it_keeps_does_not_grow_with_the_pictures(desk, tmp_path):
 
 
 class LateView(BusyCellView):
-    """A cell that has another piece with every tenth picture, and whose poses are still of the first scene."""
+    """A cell that, once it is late, has another piece with every tenth picture, and poses of the first scene still."""
 
     def __init__(self):
         super().__init__(busy=False)
+        self.late = False
 
     def parts(self):
-        version = self._made // 10
+        version = 1 + self._made // 10 if self.late else 0
         piece = BodyDrawing(f"new_{version}", "Debris", "dynamic", f"new_{version}")
         scene = self._scene()
         drawn = replace(scene, bodies=[*scene.bodies, piece])
@@ -361,8 +362,11 @@ class LateView(BusyCellView):
 
 def test_what_was_there_before_is_shown_while_the_poses_of_a_new_scene_are_on_their_way(desk, tmp_path):
     async def look():
-        async with page_of(desk, LateView(), tmp_path, size=SMALL_PX) as browser:
-            await browser.until("yarmConsole.bodies().length > 0 && yarmConsole.pictures() > 30", LIMIT_S)
+        view = LateView()
+        async with page_of(desk, view, tmp_path, size=SMALL_PX) as browser:
+            await browser.until("yarmConsole.bodies().filter((body) => body.at).length === 2", LIMIT_S)
+            view.late, before = True, await browser.run("yarmConsole.pictures()")
+            await browser.until(f"yarmConsole.pictures() > {before + 30}", LIMIT_S)
             *known, new = await browser.run("yarmConsole.bodies()")
             assert [body["at"] is not None for body in known] == [True, True], known
             assert new["name"] not in ("new_0", "debris_0") and new["at"] is None, new

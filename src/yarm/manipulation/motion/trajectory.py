@@ -205,9 +205,8 @@ def through_waypoints(points: npt.ArrayLike, limits: MotionLimits) -> Trajectory
     gaps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if np.any(gaps < STILL_RAD):
         first = int(np.argmin(gaps))
-        raise TrajectoryError(
-            f"waypoints {first} and {first + 1} are the same: {gaps[first]:.1g} rad apart, {STILL_RAD:g} at least is due"
-        )
+        apart = f"{gaps[first]:.1g} rad apart, {STILL_RAD:g} rad or more is due"
+        raise TrajectoryError(f"waypoints {first} and {first + 1} are the same: {apart}")
     ways = np.concatenate([[0.0], np.cumsum(gaps)])
     path = toppra.SplineInterpolator(ways, corners)
     bounds = [
