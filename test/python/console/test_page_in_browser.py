@@ -364,7 +364,7 @@ def test_what_was_there_before_is_shown_while_the_poses_of_a_new_scene_are_on_th
     async def look():
         view = LateView()
         async with page_of(desk, view, tmp_path, size=SMALL_PX) as browser:
-            await browser.until("yarmConsole.bodies().filter((body) => body.at).length === 2", LIMIT_S)
+            await browser.until("yarmConsole.bodies().filter((body) => body.at).length === 3", LIMIT_S)
             view.late, before = True, await browser.run("yarmConsole.pictures()")
             await browser.until(f"yarmConsole.pictures() > {before + 30}", LIMIT_S)
             *known, new = await browser.run("yarmConsole.bodies()")
