@@ -48,6 +48,14 @@ def test_it_turns_34_degrees_and_takes_home_wherever_it_believes_to_be() -> None
     assert lost.home == Pose2(0.0, 0.0)
 
 
+def test_a_navigation_that_never_answers_is_waited_for_for_ever() -> None:
+    tour = PrintedRound((BOX,), anywhere)
+    tour.step(Observation(0.0, HOME))
+    going = tour.step(Observation(3.0, HOME, True, Outcome.DONE)).order
+    assert isinstance(going, Drive) and going.limit_s == math.inf
+    assert tour.step(Observation(1e6, HOME, True, Outcome.BUSY)).order is going
+
+
 def test_ways_are_asked_from_the_origin_and_the_last_distance_not_at_all() -> None:
     asked: List[Pose2] = []
 
