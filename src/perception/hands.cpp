@@ -14,8 +14,9 @@ namespace {
 
 constexpr float kHandReach = 0.30F;  // a cup goes no farther down from the end effector than this, metres
 constexpr float kCupAside = 0.02F;   // a cup holds a piece whose edge is no farther from its middle than this, metres
-constexpr int kMostDoubted = 10;     // sets, a second of them
-constexpr double kSlipped = 0.02;    // a piece that has moved so far across the cup is no longer held, metres
+constexpr StampNs kDoubtNs =
+    1'000'000'000;                 // so long a piece is kept that only poses of different times show elsewhere
+constexpr double kSlipped = 0.02;  // a piece that has moved so far across the cup is no longer held, metres
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 /// A solid enlarged by what the cup may overlap its edge.
@@ -56,12 +57,12 @@ Eigen::Isometry3d poseAtTip(const ObjectMemory& robot, const ObjectMemory& piece
 }  // namespace
 
 const std::vector<Hands::Load>& Hands::update(const std::vector<ObjectMemory*>& objects,
-                                              const std::set<std::string>& grasping, bool timely) {
-  keep(objects, grasping, timely);
+                                              const std::set<std::string>& grasping, StampNs stamp_ns, bool timely) {
+  keep(objects, grasping, stamp_ns, timely);
   for (const std::string& name : grasping) {
     const int robot = indexOf(objects, name);
     if (robot >= 0 && taken_.count(name) == 0) {
-      take(objects, *objects[static_cast<std::size_t>(robot)]);
+      take(objects, *objects[static_cast<std::size_t>(robot)], stamp_ns);
     }
   }
   loads_.clear();
@@ -74,7 +75,8 @@ const std::vector<Hands::Load>& Hands::update(const std::vector<ObjectMemory*>& 
   return loads_;
 }
 
-void Hands::keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping, bool timely) {
+void Hands::keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping, StampNs stamp_ns,
+                 bool timely) {
   for (auto entry = taken_.begin(); entry != taken_.end();) {
     const int robot = grasping.count(entry->first) > 0 ? indexOf(objects, entry->first) : -1;
     const int piece = indexOf(objects, entry->second.piece);
@@ -85,15 +87,15 @@ void Hands::keep(const std::vector<ObjectMemory*>& objects, const std::set<std::
       const Eigen::Vector2d aside = poseAtTip(hand, load).translation().head<2>();
       const bool there =
           (aside - entry->second.aside).norm() <= kSlipped && meets(hand.seed().T_world_seed, load) <= kHandReach;
-      int& doubted = entry->second.doubted;
-      doubted = there ? 0 : doubted + 1;
-      held = there || (!timely && doubted <= kMostDoubted);
+      StampNs& there_ns = entry->second.there_ns;
+      there_ns = there ? stamp_ns : there_ns;
+      held = there || (!timely && stamp_ns - there_ns <= kDoubtNs);
     }
     entry = held ? std::next(entry) : taken_.erase(entry);
   }
 }
 
-void Hands::take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& robot) {
+void Hands::take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& robot, StampNs stamp_ns) {
   const ObjectMemory* nearest = nullptr;
   float least = kHandReach;
   for (const ObjectMemory* piece : objects) {
@@ -107,7 +109,7 @@ void Hands::take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& 
     }
   }
   if (nearest != nullptr) {
-    taken_[robot.seed().name] = {nearest->seed().name, poseAtTip(robot, *nearest).translation().head<2>(), 0};
+    taken_[robot.seed().name] = {nearest->seed().name, poseAtTip(robot, *nearest).translation().head<2>(), stamp_ns};
   }
 }
 

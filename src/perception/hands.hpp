@@ -23,10 +23,10 @@ class Hands {
 
   /// What is held in a set. `grasping`: robots whose hand says that it holds something. A piece is carried from the set
   /// on in which its robot says so, and no longer when the robot says no more, or the piece is no longer where it was
-  /// taken. `timely`: the objects' poses are of one time; where they are not, a robot that moves seems to have left its
-  /// piece behind, which is then believed only after kMostDoubted such sets. O(hands x debris).
+  /// taken. `timely`: the objects' poses are of the set's own time, `stamp_ns`; where they are not, a robot that moves
+  /// seems to have left its piece behind, which is then believed only after a second. O(hands x debris).
   const std::vector<Load>& update(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping,
-                                  bool timely = true);
+                                  StampNs stamp_ns, bool timely);
   /// Forgets what is held.
   void reset() { taken_.clear(); }
 
@@ -34,13 +34,14 @@ class Hands {
   struct Taken {
     std::string piece;
     Eigen::Vector2d aside;  // of the piece's seed from the tip when it was taken, metres, tip's frame
-    int doubted{0};         // sets on end in which it was not where it was taken, by poses of different times
+    StampNs there_ns;       // of the newest set in which it was where it was taken
   };
 
   /// Keeps those of the pieces taken before that are still where they were taken.
-  void keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping, bool timely);
+  void keep(const std::vector<ObjectMemory*>& objects, const std::set<std::string>& grasping, StampNs stamp_ns,
+            bool timely);
   /// A robot that says that it holds something takes the first piece under its tip that no other hand holds.
-  void take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& robot);
+  void take(const std::vector<ObjectMemory*>& objects, const ObjectMemory& robot, StampNs stamp_ns);
   [[nodiscard]] bool isTaken(const std::string& piece) const;
 
   std::map<std::string, Taken> taken_;  // by robot

@@ -35,8 +35,8 @@ class YarmAssociator : public Associator {
     }
     static const std::set<std::string> kNobodyGrasps;
     writeResult(input.set->stamp_ns);
-    const std::vector<Hands::Load>& loads =
-        hands_.update(set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps, input.timely);
+    const std::vector<Hands::Load>& loads = hands_.update(
+        set_.objects, input.grasping != nullptr ? *input.grasping : kNobodyGrasps, input.set->stamp_ns, input.timely);
     giveLoads(loads);
     strays_.carry(set_, loads);
     return result_;

@@ -169,7 +169,7 @@ TEST(Hands, WhatPosesOfDifferentTimesShowElsewhereIsKeptForASecond) {
   cell.timely = false;
   for (int again = 0; again < 2; ++again) {
     cell.move("debris_1", 0.0, 0.1, 0.0);
-    for (int k = 0; k < 10; ++k) {
+    for (int k = 0; k < 30; ++k) {
       cell.step();
       EXPECT_EQ(cell.carrier("debris_1"), "ankurbot_1") << k;
     }
@@ -188,10 +188,23 @@ TEST(Hands, AfterThatSecondItIsDebris) {
   cell.step();
   cell.timely = false;
   cell.move("debris_1", 0.12, 0.12, 0.0);
-  for (int k = 0; k < 11; ++k) {
+  for (int k = 0; k < 31; ++k) {
     EXPECT_EQ(cell.carrier("debris_1"), "ankurbot_1") << k;
     cell.step();
   }
+  EXPECT_EQ(cell.carrier("debris_1"), "");
+}
+
+TEST(Hands, PosesOfTheSetsOwnTimeEndADoubtAtOnce) {
+  Cell cell;
+  cell.grasping = {"ankurbot_1"};
+  cell.step();
+  cell.timely = false;
+  cell.move("debris_1", 0.12, 0.12, 0.0);
+  cell.step();
+  ASSERT_EQ(cell.carrier("debris_1"), "ankurbot_1");
+  cell.timely = true;
+  cell.step();
   EXPECT_EQ(cell.carrier("debris_1"), "");
 }
 
