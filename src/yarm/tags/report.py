@@ -56,6 +56,7 @@ class Sighting:
         bottom_left_deg: 10. angle at the bottom left corner.
         effective_px2: 11. effective area.
         predicted_deg: 12. predicted angle.
+        inliers: good matches that agree with the homography; no indicator of the report's, which never looks at them.
     """
 
     tag: int
@@ -71,6 +72,7 @@ class Sighting:
     bottom_left_deg: float = UNSET
     effective_px2: float = UNSET
     predicted_deg: float = UNSET
+    inliers: int = 0
 
     @property
     def rejection(self) -> str:
@@ -193,7 +195,7 @@ class ReportRecogniser:
         if len(matches) < LEAST_GOOD:
             return Sighting(number, box, FEW, keypoints=len(scene), good=len(matches))
         seen = scene.points[matches[:, 1]] + offset
-        homography, _ = cv2.findHomography(tag.points[matches[:, 0]], seen, cv2.RANSAC, RANSAC_PX)
+        homography, agree = cv2.findHomography(tag.points[matches[:, 0]], seen, cv2.RANSAC, RANSAC_PX)
         if homography is None:
             return Sighting(number, box, NO_HOMOGRAPHY, keypoints=len(scene), good=len(matches))
         corners = mapped_corners(homography, *self.sizes[number])
@@ -211,6 +213,7 @@ class ReportRecogniser:
             bottom_left_angle_deg(corners),
             effective_area(corners, *size),
             predicted_deg,
+            int(np.count_nonzero(agree)),
         )
 
     def verdict(self, sightings: Sequence[Sighting]) -> ReportVerdict:

@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 
@@ -22,7 +21,6 @@ from yarm.tags.report import (
     FOUND,
     LEAST_AREA_PX2,
     NO_IMAGE,
-    RANSAC_PX,
     EdgeCase,
     ImageError,
     ReportRecogniser,
@@ -182,10 +180,5 @@ class TestKnownFaults:
     def test_a_homography_without_inliers_is_a_sighting(self, recogniser: ReportRecogniser) -> None:
         frame, _ = view(stranger(2), robot_at(0.8, 30.0))
         found = [s for s in recogniser.look(frame.grey) if s.status == FOUND]
-        inliers = []
-        for seen in found:
-            matches = recogniser.matched(frame.grey, seen.tag)
-            _, agree = cv2.findHomography(matches[:, :2], matches[:, 2:], cv2.RANSAC, RANSAC_PX)
-            inliers.append(int(np.count_nonzero(agree)))
-            assert seen.corners is not None and not math.isnan(seen.share)
-        assert min(inliers) == 4, "four matches agree with any homography through them"
+        assert all(seen.corners is not None and not math.isnan(seen.share) for seen in found)
+        assert min(seen.inliers for seen in found) == 4, "four matches agree with any homography through them"

@@ -5,9 +5,6 @@ from __future__ import annotations
 import dataclasses
 from typing import List, Mapping, Optional
 
-import cv2
-import numpy as np
-
 from yarm.experiments.inspect.eyes import Camera, Eyes, Moment, OnLook, boxes_of
 from yarm.experiments.inspect.switches import LARGE_PX2, LEAST_INLIERS, STRANGE_EVERY, Switches
 from yarm.geometry import Pose2
@@ -16,7 +13,7 @@ from yarm.inspection.readers import Reader, ReportReader, make_reader
 from yarm.sim.scenes.layout import Layout
 from yarm.tags.motifs import GreyImage
 from yarm.tags.pictures import shipped_pictures
-from yarm.tags.report import NO_HOMOGRAPHY, RANSAC_PX, ReportRecogniser, Sighting
+from yarm.tags.report import NO_HOMOGRAPHY, ReportRecogniser, Sighting
 
 LOST_EVERY = 3
 """One in so many images does not come."""
@@ -72,18 +69,10 @@ class StricterRecogniser(ReportRecogniser):
     def look(self, image: Optional[GreyImage], box: int = 0, predicted_deg: float = 90.0) -> List[Sighting]:
         """As its base; what does not count here has no homography."""
         seen = super().look(image, box, predicted_deg)
-        if image is None:
-            return seen
-        return [
-            s if s.rejection or self._counts(s, image) else dataclasses.replace(s, status=NO_HOMOGRAPHY) for s in seen
-        ]
+        return [s if s.rejection or self._counts(s) else dataclasses.replace(s, status=NO_HOMOGRAPHY) for s in seen]
 
-    def _counts(self, sighting: Sighting, image: GreyImage) -> bool:
-        if sighting.area_px2 < self._least_px2:
-            return False
-        matches = self.matched(image, sighting.tag)
-        _, agree = cv2.findHomography(matches[:, :2], matches[:, 2:], cv2.RANSAC, RANSAC_PX)
-        return int(np.count_nonzero(agree)) >= self._least_inliers
+    def _counts(self, sighting: Sighting) -> bool:
+        return sighting.area_px2 >= self._least_px2 and sighting.inliers >= self._least_inliers
 
 
 def with_strangers(layout: Layout) -> Layout:
