@@ -6,12 +6,10 @@ source tools/steps.sh
 # shellcheck source=tools/env.sh
 source tools/env.sh
 
-# What was compiled in one checkout need not be in another one: paths within it count as relative, and no locale counts.
-export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=locale
 python="$PWD/.venv/bin/python3"
 if [ ! -f build/Makefile ] || [ CMakeLists.txt -nt build/Makefile ]; then
   step configure cmake -S . -B build -DCMAKE_BUILD_TYPE=Release \
-    -DPYTHON_EXECUTABLE="$python" -DPython3_EXECUTABLE="$python" -DCATKIN_DEVEL_PREFIX="$PWD/devel" -DCMAKE_CXX_COMPILER_LAUNCHER=ccache
+    -DPYTHON_EXECUTABLE="$python" -DPython3_EXECUTABLE="$python" -DCATKIN_DEVEL_PREFIX="$PWD/devel"
 fi
 step build make -C build -j"$(nproc)" all
 if [ "${1:-}" = tests ]; then

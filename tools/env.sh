@@ -15,3 +15,8 @@ if [ -f "$yarm_devel/setup.bash" ]; then
   source "$yarm_devel/setup.bash"
 fi
 export YARM_ROOT="$yarm_root"
+# What was compiled in one checkout or catkin workspace need not be in another one: paths within it count as relative.
+if command -v ccache >/dev/null; then
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+  export CCACHE_BASEDIR="${yarm_root%/src/*}" CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=locale
+fi
