@@ -25,9 +25,10 @@ struct Settings {
   std::string mode = "start";  // start: from nothing; given: from a wrong pose; tour: following
   int arena = 1;
   int walls = 0;
-  int first = 1;   // seed of the first start or tour
-  int count = 50;  // starts or tours
-  int turns = 1;   // in place, at most, before a start is given up
+  double cell = 0.05;  // m, of the map
+  int first = 1;       // seed of the first start or tour
+  int count = 50;      // starts or tours
+  int turns = 1;       // in place, at most, before a start is given up
   double seconds = 300.0;
   double odo = 1.0;
   double slip = 1.0;
@@ -44,6 +45,7 @@ Settings parse(int argc, char** argv) {
   by_name.text("mode", s.mode);
   by_name.number("arena", s.arena);
   by_name.number("walls", s.walls);
+  by_name.number("cell", s.cell);
   by_name.number("first", s.first);
   by_name.number("count", s.count);
   by_name.number("turns", s.turns);
@@ -168,7 +170,7 @@ void tour(const Settings& s, const test::Arena& arena, const slam::GridMap& map,
 
 int runBench(const Settings& s) {
   const test::Arena arena = test::Arena::withTenBoxes(s.arena, s.walls);
-  const slam::GridMap map = test::drawnMap(arena, s.arena);
+  const slam::GridMap map = test::drawnMap(arena, s.arena, s.cell);
   const bool is_tour = s.mode == "tour";
   std::puts(is_tour ? "arena,walls,seed,odo,rmse_m,p95_m,max_m,heading_rms_deg,heading_p95_deg,heading_max_deg,"
                       "update_us,update_p99_us,found,doubtful,lost,driven_m"

@@ -42,12 +42,16 @@ SETS: Dict[str, Set] = {
     "walls": Set(("turns=1", "walls=3"), 20),
     "odo2": Set(("turns=2", "odo=2"), 50),
     "slip4": Set(("turns=2", "slip=4"), 50),
+    "one_turn_fine": Set(("turns=1", "cell=0.025"), 50),
+    "walls_fine": Set(("turns=1", "walls=3", "cell=0.025"), 20),
     "given": Set(("mode=given", "turns=1"), 20),
+    "given_fine": Set(("mode=given", "turns=1", "cell=0.025"), 20),
     "given_odo2": Set(("mode=given", "turns=1", "odo=2"), 20),
     "tours": Set(("mode=tour",), 6, True),
     "tours_odo2": Set(("mode=tour", "odo=2"), 6, True),
+    "tours_fine": Set(("mode=tour", "cell=0.025"), 6, True),
 }
-"""What is measured, by name."""
+"""What is measured, by name; ``fine``: map cells of 0.025 m, as a round has, instead of 0.05 m."""
 MRPT = "mrpt"
 PEER_SETS = ("one_turn", "walls", "tours", "tours_odo2")
 PEER_TOUR = ("power=0.2", "sigma=0.05", "particles=500", "bin_m=0.05")

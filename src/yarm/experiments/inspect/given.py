@@ -1,4 +1,4 @@
-"""What a round is given of a layout: the empty room's map, where the boxes stand, where about it starts; as files."""
+"""What a round is given of a layout: maps of the empty room, where the boxes stand, where about it starts; as files."""
 
 from __future__ import annotations
 
@@ -18,28 +18,31 @@ from yarm.sim.scenes.arena import BlockKind
 from yarm.sim.scenes.layout import Layout
 
 CELL_M = 0.05
+FINE_CELL_M = 0.025
+"""Cells of the map that localisation is given: a face in a map stands up to half a cell beside its place."""
 MARGIN_CELLS = 4.5
-"""The map reaches so far beyond the room: the walls' faces lie on middles of cells, not on the border between two."""
+"""A map reaches so far beyond the room: the walls' faces lie on middles of cells, not on the border between two."""
 BY_HAND = Pose2(0.10, -0.10, 0.10)
 """A pose that is given by hand is so far off."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """Files of a layout: the map's description, the boxes, and the start as a hand gives it to ``amcl``."""
+    """Files of a layout: descriptions of the maps, the boxes, and the start as a hand gives it to ``amcl``."""
 
     map: Path
+    fine_map: Path
     boxes: Path
     start: Path
 
 
-def room_map(layout: Layout) -> GridMap:
+def room_map(layout: Layout, cell_m: float = CELL_M) -> GridMap:
     """The room without boxes: walls occupied, free inside, not known outside; its frame is the world's."""
     lower, upper = np.array(layout.arena.lower), np.array(layout.arena.upper)
-    columns, rows = (math.ceil(float(v) / CELL_M - 1e-6 + 2 * MARGIN_CELLS) for v in upper - lower)
-    corner = lower - MARGIN_CELLS * CELL_M
+    columns, rows = (math.ceil(float(v) / cell_m - 1e-6 + 2 * MARGIN_CELLS) for v in upper - lower)
+    corner = lower - MARGIN_CELLS * cell_m
     cells = np.full((rows, columns), UNKNOWN, np.int8)
-    grid = GridMap(cells, CELL_M, Pose2(float(corner[0]), float(corner[1])))
+    grid = GridMap(cells, cell_m, Pose2(float(corner[0]), float(corner[1])))
     every = np.indices(cells.shape).reshape(2, -1).T
     middles = grid.centres_of(every)
     inside = every[np.all((middles > lower) & (middles < upper), axis=1)]
@@ -71,5 +74,8 @@ def write_given(layout: Layout, folder: Path) -> Given:
         *(f"initial_pose_{k}: {v}" for k, v in values.items()),
     ]
     start.write_text("\n".join(lines) + "\n")
-    saved = write_map(room_map(layout), folder / "map")
-    return Given(saved.description, boxes, start)
+    coarse, fine = (
+        write_map(room_map(layout, cell_m), folder / name)
+        for cell_m, name in ((CELL_M, "map"), (FINE_CELL_M, "fine_map"))
+    )
+    return Given(coarse.description, fine.description, boxes, start)

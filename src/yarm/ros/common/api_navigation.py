@@ -11,6 +11,7 @@ from yarm.ros.common.api_rooms import MUX, ROOM, SLAM
 
 AMCL = "amcl"
 MAP_SERVER = "map_server"
+FINE_MAP_SERVER = f"localisation/{MAP_SERVER}"
 MOVE_BASE = names.MOVE_BASE
 
 CAMERA: Tuple[Topic, ...] = (
@@ -34,6 +35,26 @@ CAMERA: Tuple[Topic, ...] = (
     ),
 )
 PLACE: Tuple[Topic, ...] = (
+    Topic(
+        f"localisation/{names.MAP}",
+        "nav_msgs/OccupancyGrid",
+        FINE_MAP_SERVER,
+        AMCL,
+        "once",
+        names.MAP_FRAME,
+        True,
+        1,
+        "the same map with cells of 2.5 cm, so that a face stands nearer to its place; fine_map:=false: amcl takes map",
+    ),
+    Topic(
+        f"localisation/{names.MAP_METADATA}",
+        "nav_msgs/MapMetaData",
+        FINE_MAP_SERVER,
+        "people",
+        "once",
+        latched=True,
+        meaning="its size",
+    ),
     Topic(
         names.INITIAL_POSE,
         "geometry_msgs/PoseWithCovarianceStamped",
@@ -162,6 +183,7 @@ DRIVING: Tuple[Topic, ...] = (
 TOPICS: Tuple[Topic, ...] = (*CAMERA, *PLACE, *DRIVING)
 SERVICES: Tuple[Service, ...] = (
     Service(names.STATIC_MAP, "nav_msgs/GetMap", MAP_SERVER, "the map, with known boxes in it"),
+    Service(f"localisation/{names.STATIC_MAP}", "nav_msgs/GetMap", FINE_MAP_SERVER, "the map that amcl is given"),
     Service(names.GLOBAL_LOCALIZATION, "std_srvs/Empty", AMCL, "forget the place and look for it in the whole map"),
     Service(names.REQUEST_NOMOTION_UPDATE, "std_srvs/Empty", AMCL, "fit the next scan although the robot stands"),
     Service(names.SET_MAP, "nav_msgs/SetMap", AMCL, "another map and a place in it"),

@@ -147,6 +147,7 @@ CHECKS: Dict[str, Check] = {
             "autostart",
             "gate",
             "rough_pose",
+            "fine_map",
             "recogniser",
             "score",
             "console",
