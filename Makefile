@@ -50,7 +50,7 @@ bench: build
 	@source tools/env.sh && python3 bench/run_all.py
 
 reproduce: build
-	@source tools/env.sh && rosrun yarm reproduce && python3 bench/localisation.py --sets one_turn walls given given_odo2 && python3 bench/localisation.py --sets tours tours_odo2 --rooms 3 --count 2
+	@source tools/env.sh && rosrun yarm reproduce && python3 bench/localisation.py --sets one_turn one_turn_fine walls walls_fine given given_fine given_odo2 && python3 bench/localisation.py --sets tours tours_odo2 tours_fine --rooms 3 --count 2
 
 docs: build
 	@source tools/env.sh && python3 tools/generate_docs.py
