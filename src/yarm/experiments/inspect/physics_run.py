@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Optional, Tuple
 
 from yarm.experiments.inspect.eyes import Camera, boxes_of
-from yarm.experiments.inspect.given import BY_HAND, room_map
+from yarm.experiments.inspect.given import BY_HAND, CELL_M, FINE_CELL_M, room_map
 from yarm.experiments.inspect.pilot import Ways
 from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
 from yarm.experiments.inspect.runner import AFTER_S, LIMIT_S, NOTHING
@@ -53,9 +53,11 @@ class _Robot:
 
     def __init__(self, world: RoomRobot, layout: Layout, controller: str, seed: int, switches: Switches) -> None:
         self.world = world
-        known = [] if switches.empty_map else boxes_of(layout)
-        self.ways = Ways(with_bodies(room_map(layout), [box.corners() for box in known]))
-        self._localiser = Localiser(self.ways.grid)
+        known = [] if switches.empty_map else [box.corners() for box in boxes_of(layout)]
+        self.ways = Ways(with_bodies(room_map(layout), known))
+        # As inspection.launch gives amcl its map (fine_map).
+        cell_m = FINE_CELL_M if controller == OURS else CELL_M
+        self._localiser = Localiser(with_bodies(room_map(layout, cell_m), known))
         self._doubts_unheard = switches.doubts_unheard
         if controller != OURS:
             self._localiser.believe(layout.arena.start.compose(BY_HAND))
