@@ -11,6 +11,8 @@ import rospy
 
 KEPT = 3000
 """Messages of a topic that are kept unless a test says otherwise."""
+SHOWN = 400
+"""Characters of a message that a failure shows."""
 
 
 class ListeningTest(unittest.TestCase):
@@ -48,7 +50,9 @@ class ListeningTest(unittest.TestCase):
     def wait(self, condition: Callable[[], Any], what: str) -> Any:
         """What a condition gives once it holds; the test fails when that takes too long."""
         with self.changed:
-            self.assertTrue(self.changed.wait_for(condition, timeout=self.limit_s), f"never came: {what}")
+            if not self.changed.wait_for(condition, timeout=self.limit_s):
+                newest = "; ".join(f"{topic}: {str(kept[-1])[:SHOWN]}" for topic, kept in self.kept.items() if kept)
+                self.fail(f"never came: {what}; the newest of each topic: {newest or 'none'}")
             return condition()
 
     def fresh(self, topic: str) -> Any:

@@ -208,6 +208,7 @@ class InspectionSession:
             for name, there in (
                 ("scan", seen.scan is not None),
                 ("odometry", seen.odometry is not None),
+                ("transform of the place", not seen.localised or seen.map_from_odom is not None),
                 ("map", not seen.map_fault),
                 ("camera", not seen.camera),
                 ("navigation", not seen.navigation),

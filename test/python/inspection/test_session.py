@@ -92,6 +92,19 @@ class World:
         return self.steps[-1]
 
 
+def test_a_place_that_is_known_and_not_there_yet_is_waited_for() -> None:
+    """What the localisation says of itself may come before its transform: such a round had failed at its first pass."""
+    world = World()
+    step = world.run(0.3, map_from_odom=None)
+    assert (step.stage, step.reason) == (IDLE, "waits for transform of the place") and world.rounds == 0
+    assert world.run(30.0).stage == Stage.DONE and "localise" not in {step.stage for step in world.steps}
+
+
+def test_a_place_that_never_comes_is_complained_about() -> None:
+    step = World().run(6.0, map_from_odom=None)
+    assert step.stage == IDLE and step.reason.startswith("waits: place: nothing has come yet")
+
+
 def test_a_whole_round_with_its_verdicts_and_the_way_home() -> None:
     world = World()
     step = world.run(30.0)

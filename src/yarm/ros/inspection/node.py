@@ -18,14 +18,14 @@ from yarm.experiments.inspect.pilot import Ways
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.flow import RoundFlow
-from yarm.inspection.model import OURS, PRINTED, Verdict
+from yarm.inspection.model import OURS, PRINTED, Stage, Verdict
 from yarm.inspection.printed_round import PrintedRound
 from yarm.inspection.readers import Reader, make_reader
 from yarm.inspection.reading import chances
 from yarm.inspection.report_round import ReportRound
 from yarm.inspection.round import Round
 from yarm.inspection.senses import Senses
-from yarm.inspection.session import LOOP_S, InspectionSession, Request, SessionStep
+from yarm.inspection.session import IDLE, LOOP_S, InspectionSession, Request, SessionStep
 from yarm.inspection.start_place import fitted
 from yarm.navigation.bodies import with_bodies
 from yarm.params import ParamError
@@ -44,6 +44,9 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 SAVE = "save"
 PROGRESS_S = 1.0
 """Between two lines of how a round goes."""
+WAITING_S = 10.0
+"""Between two lines of what a round waits for, from when that is a trouble."""
+ENDS = (Stage.DONE, Stage.FAILED)
 TOLD = ("verdict", "failed", "trouble", "hopeless", "stopped")
 """Kinds of events that are told on the console."""
 
@@ -156,10 +159,18 @@ class InspectorNode:
             if event.kind in TOLD:
                 details = ", ".join(f"{key} {value}" for key, value in event.details)
                 rospy.loginfo("%.1f s, %s: %s", event.t_s, event.kind, details)
-        alone = observer is None  # an experiment tells it itself, with the rate of time
-        if alone and step.elapsed_s > 0.0 and abs(step.elapsed_s - self._told_s) >= PROGRESS_S:
+        if observer is None:  # an experiment tells it itself, with the rate of time
+            self._tell(step, verdicts)
+
+    def _tell(self, step: SessionStep, verdicts: Sequence[Verdict]) -> None:
+        """How the round goes, how it has ended, or what it waits for in vain."""
+        ended = step.step is not None and step.stage in ENDS
+        if ended or (step.elapsed_s > 0.0 and abs(step.elapsed_s - self._told_s) >= PROGRESS_S):
             self._told_s = step.elapsed_s
-            rospy.loginfo("%s", progress_line(step, verdicts, len(self._given.boxes)))
+            tell = rospy.logwarn if step.stage == Stage.FAILED else rospy.loginfo
+            tell("%s", progress_line(step, verdicts, len(self._given.boxes)))
+        if step.stage == IDLE and step.complaints:
+            rospy.logwarn_throttle(WAITING_S, f"no round has begun: {step.reason}")
 
     def _act(self, now_s: float, step: SessionStep) -> None:
         action = step.action
