@@ -58,7 +58,7 @@ WHERE: Dict[str, str] = {
     "rosrun yarm commander_cli run --mode boundless": MISSION,
     "rosrun yarm console": MISSION,
     "rosrun yarm what_if --robots 1..3": MISSION,
-    "rosrun yarm what_if --case 2m1ma --planner yarm,lacam": ALONE,
+    "rosrun yarm what_if --case 2m1ma --planner yarm,lacam --runs 4": ALONE,
     "rosrun yarm replay_to --run results/1m1ma_bin/3 --decision 10": REPEATED,
     "roslaunch yarm real_cell.launch cell:=FILE": NODES,
     "roslaunch yarm youbot.launch clear:=true console:=true": FLOOR,
