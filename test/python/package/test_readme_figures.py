@@ -185,7 +185,10 @@ def clouds() -> List[str]:
 def real_time() -> List[str]:
     """Of this there are no rows, only the page of the benchmarks."""
     page = (ROOT / "bench" / "README.md").read_text(encoding="utf-8")
-    factors = re.findall(r"--case (2m1ma|2m1ma_bin) --seed 3(?: --removal delete)?`,[^:]* in real time[^:]*: real-time factor (\S+)", page)
+    factors = re.findall(
+        r"--case (2m1ma|2m1ma_bin) --seed 3(?: --removal delete)?`,[^:]* in real time[^:]*: real-time factor (\S+)",
+        page,
+    )
     assert [case for case, _ in factors] == ["2m1ma", "2m1ma_bin"], factors
     (factor,) = {factor for _, factor in factors}
     return [f"real-time factor {factor}"]
