@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import List
 
 import actionlib
+import rosgraph
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
@@ -20,6 +21,7 @@ from yarm.msg import Contacts
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support.listening import ListeningTest
+from yarm.experiments.inspect.given import CELL_M, FINE_CELL_M
 from yarm.geometry import Pose2, wrap_angle
 from yarm.ros.common import names
 from yarm.ros.common.conversions import pose2_of_pose, pose_message
@@ -29,6 +31,7 @@ from yarm.ros.navigation.outputs import stamped_pose
 from yarm.sim.scenes.layout_file import find_layout
 
 LIMIT_S = 90.0
+AMCLS_MAP = f"localisation/{names.MAP}"
 LAYOUT = find_layout("practice")
 BOX = LAYOUT.boxes[5].pose
 BEFORE_BOX = BOX.compose(Pose2(0.5, 0.0, 3.141592653589793))
@@ -41,7 +44,8 @@ class KnownRoomTest(ListeningTest):
     @classmethod
     def setUpClass(cls) -> None:
         cls.listen(
-            (names.MAP, OccupancyGrid), (names.SIM_POSE, Odometry), (names.SIM_CONTACTS, Contacts),
+            (names.MAP, OccupancyGrid), (AMCLS_MAP, OccupancyGrid),
+            (names.SIM_POSE, Odometry), (names.SIM_CONTACTS, Contacts),
             ("amcl/localised", Bool), (names.AMCL_POSE, PoseWithCovarianceStamped),
         )  # fmt: skip
         cls.guess = rospy.Publisher(names.INITIAL_POSE, PoseWithCovarianceStamped, queue_size=1)
@@ -62,10 +66,19 @@ class KnownRoomTest(ListeningTest):
         return bool(self.kept["amcl/localised"] and self.kept["amcl/localised"][-1].data)
 
     def test_a_the_map_has_the_boxes_in_it(self) -> None:
-        grid = grid_of(self.wait(lambda: self.kept[names.MAP], "the map")[-1])
-        for block in LAYOUT.boxes:
-            self.assertTrue(grid.occupied[grid.cell_of(block.pose.x, block.pose.y)], block.name)
-        self.assertTrue(grid.free[grid.cell_of(0.0, 0.0)])
+        for topic, cell_m in ((names.MAP, CELL_M), (AMCLS_MAP, FINE_CELL_M)):
+            grid = grid_of(self.wait(lambda topic=topic: self.kept[topic], topic)[-1])
+            self.assertAlmostEqual(grid.resolution_m, cell_m)
+            for block in LAYOUT.boxes:
+                self.assertTrue(grid.occupied[grid.cell_of(block.pose.x, block.pose.y)], f"{topic}: {block.name}")
+            self.assertTrue(grid.free[grid.cell_of(0.0, 0.0)])
+
+    def test_a_amcl_hears_the_fine_map_and_move_base_the_other(self) -> None:
+        def hearers(topic):
+            return dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(f"/{topic}", [])
+
+        self.ask(lambda: "/amcl" in hearers(AMCLS_MAP) and "/move_base" in hearers(names.MAP), "who hears the maps")
+        self.assertNotIn("/amcl", hearers(names.MAP))
 
     def test_b_until_it_is_localised_a_goal_is_refused_with_its_reason(self) -> None:
         self.ask(lambda: self.plan(BEFORE_BOX), "a plan over the map")
