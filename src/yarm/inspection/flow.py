@@ -6,7 +6,7 @@ from typing import Generator, List, Optional, Sequence
 
 from yarm.geometry import Pose2
 from yarm.inspection.boxes import Box
-from yarm.inspection.model import Event, Observation, Order, Outcome, Reading, Stage, Stand, Step, Verdict
+from yarm.inspection.model import ENDS, Event, Observation, Order, Outcome, Reading, Stage, Stand, Step, Verdict
 from yarm.inspection.viewpoints import Viewpoint
 
 Flow = Generator[Step, Observation, Observation]
@@ -30,7 +30,7 @@ class RoundFlow:
     def step(self, observation: Observation) -> Step:
         """One pass: the order to carry out now."""
         last = self._last
-        if last is not None and last.stage in (Stage.DONE, Stage.FAILED):
+        if last is not None and last.stage in ENDS:
             return Step(Stand(), last.stage, reason=last.reason)
         if self._flow is None or last is None:
             return self._begin(self._round(observation))

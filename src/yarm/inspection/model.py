@@ -29,6 +29,10 @@ class Stage(str, Enum):
         return str(self.value)
 
 
+ENDS = (Stage.DONE, Stage.FAILED)
+"""A round in one of these has ended."""
+
+
 @dataclass(frozen=True)
 class Drive:
     """Go to a pose of the map by the navigation.

@@ -12,7 +12,7 @@ from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.executor import Action, Executor
 from yarm.inspection.flow import RoundFlow
-from yarm.inspection.model import Event, Observation, Outcome, Spin, Stage, Step, Verdict
+from yarm.inspection.model import ENDS, Event, Observation, Outcome, Spin, Step, Verdict
 from yarm.inspection.readers import Reader
 from yarm.inspection.senses import STANDS, Complaint, Senses, SensesWatch
 
@@ -230,10 +230,7 @@ class InspectionSession:
         )
         step = tour.step(observation)
         hold = "; ".join(complaint.text for complaint in complaints if complaint.sensor in STANDS)
-        if step.stage in (Stage.DONE, Stage.FAILED):
-            action = executor.stop()
-        else:
-            action = self._carry_out(executor, step, seen, hold)
+        action = executor.stop() if step.stage in ENDS else self._carry_out(executor, step, seen, hold)
         if action.outcome == Outcome.BUSY and elapsed_s > self._params.time_limit_s + OVERTIME_S:
             why = f"the time is over: {action.reason or hold or 'still under way'}"
             action = replace(executor.stop(), outcome=Outcome.FAILED, reason=why)
@@ -252,7 +249,7 @@ class InspectionSession:
             step,
             observation,
         )
-        if step.stage in (Stage.DONE, Stage.FAILED):
+        if step.stage in ENDS:
             self._ended = made
         return made
 

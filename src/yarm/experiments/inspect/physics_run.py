@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Optional, Tuple
 
 from yarm.experiments.inspect.eyes import Camera, boxes_of
-from yarm.experiments.inspect.given import BY_HAND, CELL_M, FINE_CELL_M, room_map
+from yarm.experiments.inspect.given import BY_HAND, FINE_CELL_M, room_map
 from yarm.experiments.inspect.pilot import Ways
 from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, RoundRecorder, TouchRow
 from yarm.experiments.inspect.runner import AFTER_S, LIMIT_S, NOTHING
@@ -19,7 +19,7 @@ from yarm.experiments.inspect.switches import FAULTS_IN_PHYSICS, Switches
 from yarm.geometry import Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.flow import RoundFlow
-from yarm.inspection.model import CONTROLLERS, OURS, PRINTED, REPORT, Look, Outcome, Stage
+from yarm.inspection.model import CONTROLLERS, ENDS, OURS, PRINTED, REPORT, Look, Outcome, Stage
 from yarm.inspection.printed_round import PrintedRound
 from yarm.inspection.readers import Reader, make_reader
 from yarm.inspection.reading import chances
@@ -45,7 +45,6 @@ DRIVING = MoveBaseParams(controller_frequency=1.0 / LOOP_S, xy_goal_tolerance=0.
 PLATFORM = MoveBaseParams()
 """As it starts move_base with ``platform_tolerances``, for the report's rounds: the platform's own numbers."""
 OUTCOMES = {Status.SUCCEEDED: Outcome.DONE, Status.ABORTED: Outcome.FAILED}
-ENDS = (Stage.DONE, Stage.FAILED)
 
 
 class _Robot:
@@ -56,8 +55,8 @@ class _Robot:
         known = [] if switches.empty_map else [box.corners() for box in boxes_of(layout)]
         self.ways = Ways(with_bodies(room_map(layout), known))
         # As inspection.launch gives amcl its map (fine_map).
-        cell_m = FINE_CELL_M if controller == OURS else CELL_M
-        self._localiser = Localiser(with_bodies(room_map(layout, cell_m), known))
+        fine = controller == OURS
+        self._localiser = Localiser(with_bodies(room_map(layout, FINE_CELL_M), known) if fine else self.ways.grid)
         self._doubts_unheard = switches.doubts_unheard
         if controller != OURS:
             self._localiser.believe(layout.arena.start.compose(BY_HAND))

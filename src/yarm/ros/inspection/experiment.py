@@ -22,7 +22,7 @@ from yarm.experiments.inspect.record import LookRecord, RoundInfo, RoundRecord, 
 from yarm.experiments.inspect.writers import write_inspection
 from yarm.experiments.run.tables import markdown_table
 from yarm.geometry import Pose2
-from yarm.inspection.model import PRINTED, Stage, Verdict, reading_words
+from yarm.inspection.model import ENDS, PRINTED, Stage, Verdict, reading_words
 from yarm.inspection.senses import Senses
 from yarm.inspection.session import SessionStep
 from yarm.msg import Contacts
@@ -49,7 +49,6 @@ POLL_S = 0.1
 JUDGE_LIMIT_S = 60.0
 TOUCH_AGAIN_S = 0.5
 """A contact with the same body that comes back sooner is the same."""
-ENDS = (Stage.DONE, Stage.FAILED)
 CUT_SHORT = "the run was ended from outside"
 
 

@@ -18,7 +18,7 @@ from yarm.experiments.inspect.pilot import Ways
 from yarm.geometry import FloatArray, Pose2
 from yarm.geometry.scans import Scan
 from yarm.inspection.flow import RoundFlow
-from yarm.inspection.model import OURS, PRINTED, Stage, Verdict
+from yarm.inspection.model import ENDS, OURS, PRINTED, Stage, Verdict
 from yarm.inspection.printed_round import PrintedRound
 from yarm.inspection.readers import Reader, make_reader
 from yarm.inspection.reading import chances
@@ -46,7 +46,6 @@ PROGRESS_S = 1.0
 """Between two lines of how a round goes."""
 WAITING_S = 10.0
 """Between two lines of what a round waits for, from when that is a trouble."""
-ENDS = (Stage.DONE, Stage.FAILED)
 TOLD = ("verdict", "failed", "trouble", "hopeless", "stopped")
 """Kinds of events that are told on the console."""
 
