@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import math
-import subprocess
 import tempfile
 import time
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
 
-import yaml
-
-from yarm.experiments.run.missions import experiment_command
 from yarm.experiments.study.runner import TrialKind, load_trials, run_trials
 from yarm.experiments.what_if.answer import answers, table
 from yarm.experiments.what_if.cell import Cell, Placed, Settings, WhatIfError
@@ -22,8 +17,6 @@ from yarm.experiments.what_if.trial import ROBOTS, WhatIfResult, WhatIfSpec, par
 AS_IT_IS = "as it is"
 MOST_RUNS, MOST_ALTERNATIVES = 200, 24
 TOLD_EVERY_S = 2.0
-PHYSICS_OPTIONS = ("planner", "particles", "execution", "hidden", "removal")
-"""Settings that ``--physics`` knows: options of run_experiment of the same name."""
 Alternative = Tuple[str, Settings]
 ANY_CELL = Cell("a cell that is not there yet", (), fixtures=(Placed("bin_1", "bin", 0.0, 0.0),))
 """Refuses only what every cell would refuse."""
@@ -66,13 +59,14 @@ def robot_numbers(text: str) -> List[str]:
     return [str(n) for n in range(int(low), int(high) + 1)] if dots else parts
 
 
-def check_question(cell: Cell, alternatives: Sequence[Alternative], runs: int) -> None:
+def check_question(cell: Cell, alternatives: Sequence[Alternative], runs: int, in_physics: bool = False) -> None:
     """Whether it can be asked, as far as that does not hang on what is in the cell.
 
     Args:
         cell: its bins and settings count; ``ANY_CELL`` where it is not there yet.
         alternatives: as ``alternative`` gives them.
         runs: of each.
+        in_physics: they run in full physics.
 
     Raises:
         WhatIfError: too much, too little, or faulty settings.
@@ -84,18 +78,23 @@ def check_question(cell: Cell, alternatives: Sequence[Alternative], runs: int) -
     if len({name for name, _ in alternatives}) < len(alternatives):
         raise WhatIfError("an alternative stands twice: " + ", ".join(name for name, _ in alternatives))
     for _, settings in alternatives:
-        params_of(cell, settings)
+        params_of(cell, settings, in_physics=in_physics)
 
 
 def specs_of(
-    cell: Cell, alternatives: Sequence[Alternative], runs: int, seed: int, more: Mapping[str, Any]
+    cell: Cell,
+    alternatives: Sequence[Alternative],
+    runs: int,
+    seed: int,
+    more: Mapping[str, Any],
+    in_physics: bool = False,
 ) -> List[WhatIfSpec]:
     """What is to be run, the first run of every alternative first.
 
     Raises:
         WhatIfError: too much, too little, or faulty settings.
     """
-    check_question(cell, alternatives, runs)
+    check_question(cell, alternatives, runs, in_physics)
     if not cell.robots:
         raise WhatIfError(f"{cell.source}: it has no mobile robots")
     if not cell.goals and not cell.scene:
@@ -144,48 +143,3 @@ def ask(
         results = run_trials(kind, specs, Path(folder), scheduler, 1, on_progress, pool)
     say(f"{len(specs)} runs in {time.monotonic() - began:.1f} s:\n{table(answers(results, names))}")
     return results
-
-
-def physics() -> TrialKind[WhatIfSpec, WhatIfResult]:
-    """Runs in full physics, one after the other: each takes the machine."""
-    return TrialKind(run_physics, WhatIfResult.from_json)
-
-
-def check_physics(cell: Cell, alternatives: Sequence[Alternative]) -> None:
-    """Whether full physics can be asked.
-
-    Raises:
-        WhatIfError: it is about no scene, or a setting is none of run_experiment's.
-    """
-    if not cell.scene:
-        raise WhatIfError(f"--physics: {cell.source} is no scene that a seed lays out: ask with --case")
-    unknown = {name for _, settings in alternatives for name, _ in settings} - set(PHYSICS_OPTIONS)
-    if unknown:
-        raise WhatIfError(f"--physics: {', '.join(sorted(unknown))}: settings are {', '.join(PHYSICS_OPTIONS)}")
-
-
-def run_physics(spec: WhatIfSpec) -> WhatIfResult:
-    """One run of the whole system, in lock-step."""
-    with tempfile.TemporaryDirectory(prefix="yarm-what-if-") as results:
-        given = {"removal": params_of(spec.cell, spec.settings).removal, **dict(spec.settings)}
-        options = [word for name, value in given.items() for word in (f"--{name}", value)]
-        call = [*experiment_command(), "--case", spec.cell.scene, "--seed", str(spec.seed), "--results", results]
-        call += ["--limit", str(spec.limit_s), "--mode", "bounded" if spec.bounded else "boundless", *options]
-        done = subprocess.run(call, capture_output=True, text=True, check=False)
-        found = sorted(Path(results).glob("*/*/summary.yaml"))
-        if not found:
-            raise RuntimeError(f"run_experiment left no results: {done.stderr[-500:]}")
-        summary: Dict[str, Any] = yaml.safe_load(found[0].read_text())
-    declared = [goal["declared_s"] for goal in summary["goals"].values() if goal["declared_s"] is not None]
-    lengths = [(pause["end_s"] or summary["sim_s"]) - pause["start_s"] for pause in summary["pauses"]]
-    gaps = [robot["min_clearance_m"] for robot in summary["robots"].values() if robot["min_clearance_m"] is not None]
-    return WhatIfResult(
-        spec,
-        bool(summary["success"]),
-        float(max(declared, default=0.0)) if summary["success"] else math.nan,
-        len(lengths),
-        float(sum(lengths)),
-        float(min(gaps, default=math.inf)),
-        int(summary["steps"]["refused"]),
-        tuple(summary["faults"]),
-    )

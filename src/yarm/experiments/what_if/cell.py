@@ -35,8 +35,8 @@ class NoCellError(RuntimeError):
 
 Settings = Tuple[Tuple[str, str], ...]
 """Names and values, as texts."""
-COUNTED = ("planner", "particles", "turns_deg", "execution", "removal", "check_steps")
-"""Parameters of a Commander that its forks take over."""
+COUNTED = ("planner", "particles", "turns_deg", "execution", "removal", "check_steps", "hidden")
+"""Parameters of a Commander that its forks take over; the last one counts only where there are cameras."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Cell:
         return replace(self, robots=tuple(robots))
 
 
-def cell_of(scene: Scene, source: str, drawn_from: str = "") -> Cell:
+def cell_of(scene: Scene, source: str, drawn_from: str = "", in_physics: bool = False) -> Cell:
     """A scene as it is laid out; what its events bring is there from the beginning.
 
     Raises:
@@ -113,7 +113,7 @@ def cell_of(scene: Scene, source: str, drawn_from: str = "") -> Cell:
     """
     things = scene.all_things
     modelled = [thing.name for thing in things if thing.model and thing.kind == ObjectKind.OBSTACLE]
-    if modelled:
+    if modelled and not in_physics:
         raise WhatIfError(f"{source}: {', '.join(modelled)}: the kinematic world knows boxes only; ask with --physics")
     robots = []
     for robot in scene.robots:
@@ -142,7 +142,7 @@ def cell_of(scene: Scene, source: str, drawn_from: str = "") -> Cell:
     )
 
 
-def cell_of_case(case: str, seed: int = -1) -> Cell:
+def cell_of_case(case: str, seed: int = -1, in_physics: bool = False) -> Cell:
     """A shipped scene, or a file, as a seed lays it out; one that can be is laid out anew in each run.
 
     Raises:
@@ -152,7 +152,7 @@ def cell_of_case(case: str, seed: int = -1) -> Cell:
         scene = load_scene(case, seed)
     except SceneError as error:
         raise WhatIfError(str(error)) from error
-    return cell_of(scene, f"scene {scene.name}", case if scene.vary is not None else "")
+    return cell_of(scene, f"scene {scene.name}", case if in_physics or scene.vary is not None else "", in_physics)
 
 
 def cell_of_run(folder: Path, at_s: float) -> Cell:

@@ -110,7 +110,7 @@ def run_fork(spec: WhatIfSpec) -> WhatIfResult:
     cell, params = drawn(spec.cell, spec.seed, rng), params_of(spec.cell, spec.settings, spec.seed)
     count = dict(spec.settings).get(ROBOTS)
     cell = cell.with_robots(int(count)) if count else cell
-    share = cell.share if cell.share >= 0.0 else float(rng.uniform(0.0, 0.9))
+    share = share_of(cell, rng)
     fork = Fork(cell, params, share, rng)
     fault = fork.run(State.BOUNDED if spec.bounded else State.BOUNDLESS, spec.limit_s)
     reasons = ([fault] if fault else []) + [f"checker: {reason}" for reason in fork.reasons]
@@ -124,6 +124,11 @@ def run_fork(spec: WhatIfSpec) -> WhatIfResult:
         fork.refusals,
         tuple(reasons),
     )
+
+
+def share_of(cell: Cell, rng: np.random.Generator) -> float:
+    """Share of the raster that is done at the fork, 0 to 1; drawn where nobody knows."""
+    return cell.share if cell.share >= 0.0 else float(rng.uniform(0.0, 0.9))
 
 
 def drawn(cell: Cell, seed: int, rng: np.random.Generator) -> Cell:
@@ -140,18 +145,20 @@ def _moved(thing: Placed, rng: np.random.Generator, by_m: float, by_rad: float) 
     return replace(thing, x=thing.x + by_m * dx, y=thing.y + by_m * dy, yaw_rad=thing.yaw_rad + by_rad * turn)
 
 
-def params_of(cell: Cell, settings: Settings, seed: int = 1) -> CommanderParams:
-    """The Commander's parameters of an alternative.
+def params_of(cell: Cell, settings: Settings, seed: int = 1, in_physics: bool = False) -> CommanderParams:
+    """The Commander's parameters of an alternative; ``in_physics`` those of a cell that has cameras.
 
     Raises:
         WhatIfError: a setting is unknown or out of range, or its planner is not there; all faults at once.
     """
     values: Dict[str, Any] = {"removal": (Removal.BIN if cell.bins else Removal.DELETE).value}
-    given = {n: yaml.safe_load(value) for n, value in (*cell.settings, *settings) if n != ROBOTS}
+    missing = () if in_physics else NOT_HERE
+    own = [(name, value) for name, value in cell.settings if name not in missing]
+    given = {n: yaml.safe_load(value) for n, value in (*own, *settings) if n != ROBOTS}
     values.update(given)
     if values["removal"] == Removal.BIN.value and "turns_deg" not in given:
         values["turns_deg"] = (*PlannerParams.turns_deg, *FINER_TURNS_DEG)
-    faults = [f"{name}: {why}" for name, why in NOT_HERE.items() if name in given]
+    faults = [f"{name}: {NOT_HERE[name]}" for name in missing if name in given]
     if values["removal"] == Removal.BIN.value and not cell.bins:
         faults.append("removal = 'bin': the cell has no bins")
     try:

@@ -17,7 +17,7 @@ from std_msgs.msg import Float32
 from yarm.commander.params import CommanderParams
 from yarm.experiments.what_if.ask import alternative, specs_of
 from yarm.experiments.what_if.cell import COUNTED, Settings, WhatIfError
-from yarm.experiments.what_if.live import cell_of_map
+from yarm.experiments.what_if.live import arms_of, cell_of_map
 from yarm.geometry import CellMap
 from yarm.msg import WhatIfAnswer
 from yarm.records import plain
@@ -59,7 +59,7 @@ def answered(
     """Run what is asked for and answer; never raises for a bad question, the message says what is wrong with it."""
     if cell_map is None:
         return WhatIfResponse(message="no planning_metadata yet: nothing is known of the cell")
-    cell = cell_of_map(cell_map, {arm: load_station(arm) for arm in arms}, live_settings(params))
+    cell = cell_of_map(cell_map, {arm: load_station(arm) for arm in arms_of(cell_map)}, live_settings(params))
     try:
         specs_of(cell, [alternative(text) for text in asked_for(question)], question.runs or USUAL_RUNS, 1, {})
     except WhatIfError as error:

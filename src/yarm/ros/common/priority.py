@@ -44,6 +44,18 @@ def set_priority(nice: int, session: Path = SESSION) -> List[str]:
     return refused
 
 
+def lower(pid: int, nice: int) -> None:
+    """Set the nice value of a process and of its session, 0 to 19.
+
+    Raises:
+        OSError: there is no such process.
+    """
+    os.setpriority(os.PRIO_PROCESS, pid, nice)
+    session = Path(f"/proc/{pid}/autogroup")
+    if session.exists():
+        session.write_text(f"{nice}\n")
+
+
 def in_own_session(nice: int, work: Callable[[], int]) -> int:
     """Do some work in a copy of this process, in a session of its own at a nice value of its own.
 

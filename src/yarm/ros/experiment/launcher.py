@@ -26,6 +26,7 @@ from yarm.planning.model.params import PlannerParams
 from yarm.robots.hc10 import NAME
 from yarm.robots.turns import FINER_TURNS_DEG, QUARTER_TURNS_DEG
 from yarm.ros.common.launch_arguments import CHECKS, faults
+from yarm.ros.common.priority import lower
 from yarm.ros.experiment.console import Console, last_words
 from yarm.ros.experiment.page import look_back, page
 from yarm.ros.experiment.ports import free_port
@@ -102,6 +103,14 @@ def parser() -> argparse.ArgumentParser:
         "--wall-limit", type=float, default=0.0, help="s of wall time until it is stopped; 0: 900 and four times --soak"
     )
     options.add_argument("--port", type=int, default=0, help="port of its own ROS master; 0 takes a free one")
+    options.add_argument(
+        "--nice",
+        type=int,
+        choices=range(20),
+        default=0,
+        metavar="0..19",
+        help="scheduling priority of all it starts, 19 the last; 0: as usual",
+    )
     return options
 
 
@@ -178,7 +187,7 @@ def run_case(options: argparse.Namespace, more: Sequence[str]) -> int:
     title = f"{options.case} {folder.parents[1].name}, {options.controller}" if roomed else folder.parent.name
     sys.stdout.write(f"{title}, seed {options.seed}: ROS_MASTER_URI=http://localhost:{port}, log {log}\n")
     sys.stdout.flush()
-    code = launch(call, port, log, wall_limit_s(options))
+    code = launch(call, port, log, wall_limit_s(options), options.nice)
     if code == INTERRUPTED:
         return code
     code = verdict(summary) if cell is None else cell_verdict(cell, folder, options.turns)
@@ -189,8 +198,11 @@ def run_case(options: argparse.Namespace, more: Sequence[str]) -> int:
     return code
 
 
-def launch(call: Sequence[str], port: int, log: Path, limit_s: float) -> int:
-    """Run a roslaunch call on a master of its own to its end, or for so long, s; INTERRUPTED when a person ends it."""
+def launch(call: Sequence[str], port: int, log: Path, limit_s: float, nice: int = 0) -> int:
+    """Run a roslaunch call on a master of its own to its end, or for so long, s; INTERRUPTED when a person ends it.
+
+    With a ``nice`` above 0 everything it starts is kept at that scheduling priority.
+    """
     child = subprocess.Popen(
         list(call),
         env=dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}"),
@@ -200,7 +212,7 @@ def launch(call: Sequence[str], port: int, log: Path, limit_s: float) -> int:
     )
     assert child.stdout is not None
     console = Console(child.stdout, log)
-    code = _wait(child, limit_s)
+    code = _wait(child, limit_s, nice)
     console.finish()
     return code
 
@@ -384,6 +396,12 @@ class Family:
         except psutil.NoSuchProcess:
             return
 
+    def lower(self, nice: int) -> None:
+        """Keep all of them at this scheduling priority, their sessions too, whatever they have asked for."""
+        for pid in (self._child.pid, *self._known):
+            with suppress(OSError):  # it has ended since
+                lower(pid, nice)
+
     def stop(self) -> None:
         """End the child, gently first, and whoever it has left behind."""
         self.look()
@@ -406,12 +424,14 @@ class Family:
             self._child.wait()
 
 
-def _wait(child: subprocess.Popen[bytes], limit_s: float) -> int:
+def _wait(child: subprocess.Popen[bytes], limit_s: float, nice: int) -> int:
     family = Family(child)
     deadline = time.monotonic() + limit_s
     try:
         while child.poll() is None and time.monotonic() < deadline:
             family.look()
+            if nice > 0:
+                family.lower(nice)
             time.sleep(POLL_S)
     except KeyboardInterrupt:
         family.stop()

@@ -6,7 +6,7 @@ import rospy
 
 from yarm.commander.params import CommanderParams
 from yarm.experiments.what_if.cell import Cell, NoCellError
-from yarm.experiments.what_if.live import cell_of_map
+from yarm.experiments.what_if.live import arms_of, cell_of_map
 from yarm.geometry.kinds import ObjectKind
 from yarm.params import build, infos
 from yarm.ros.commander.what_if import live_settings, share_done
@@ -34,5 +34,5 @@ def live_cell() -> Cell:
     arms = sorted(name for name, found in cell_map.objects.items() if found.kind == ObjectKind.MANIPULATOR)
     given, known = rospy.get_param(names.COMMANDER_NODE, {}), {name for name, _, _ in infos(CommanderParams)}
     params = build(CommanderParams, {name: value for name, value in given.items() if name in known})
-    stations = {arm: load_station(arm) for arm in arms}
+    stations = {arm: load_station(arm) for arm in arms_of(cell_map)}
     return cell_of_map(cell_map, stations, live_settings(params), share_done(arms))

@@ -16,8 +16,9 @@ import importlib
 import json
 import os
 import sys
+from concurrent.futures import Executor
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Optional, Sequence
 
 from yarm.experiments.study.arm_track import raster_track
 from yarm.experiments.study.processes import copies
@@ -28,14 +29,13 @@ from yarm.experiments.what_if.ask import (
     Alternative,
     alternative,
     ask,
-    check_physics,
     check_question,
     combined,
-    physics,
     robot_numbers,
     specs_of,
 )
 from yarm.experiments.what_if.cell import Cell, NoCellError, WhatIfError, cell_of_case, cell_of_run
+from yarm.experiments.what_if.physics import check_physics, physics, runs_at_once
 from yarm.experiments.what_if.trial import ROBOTS, WhatIfResult, WhatIfSpec, kinematic
 from yarm.records import RecordError, plain, read
 from yarm.ros.common.priority import in_own_session
@@ -66,9 +66,13 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--seed", type=int, default=1, help="of the first run; the others follow it")
     options.add_argument("--mode", choices=("bounded", "boundless"), default="boundless")
     options.add_argument("--limit", type=float, default=300.0, help="simulated seconds a mission may take")
-    options.add_argument("--physics", action="store_true", help="full physics, with --case; minutes a run")
+    options.add_argument(
+        "--physics", action="store_true", help="full physics in lock-step; half a minute to minutes a run"
+    )
     options.add_argument("--scheduler", default="", help="address of a Dask scheduler; unless given local processes")
-    options.add_argument("--workers", type=int, default=0, help="local processes; 0: one a core")
+    options.add_argument(
+        "--workers", type=int, default=0, help="runs at a time; 0: one a core, with --physics one for two cores"
+    )
     options.add_argument("--results", type=Path, default=Path("results"), help="folder for what_if/")
     options.add_argument("--answers", type=Path, help=argparse.SUPPRESS)
     return options
@@ -85,7 +89,7 @@ def _answer(options: argparse.Namespace) -> int:
         alternatives = _alternatives(options)
         specs = _checked(options, alternatives)  # before there are copies: what is wrong is said at once
         with contextlib.ExitStack() as stack:
-            pool = stack.enter_context(copies(_processes(options))) if _processes(options) > 1 else None
+            pool = _pool(options, stack)
             specs = specs or _specs(options, alternatives)
             _say(f"{specs[0].cell.source}: {len(alternatives)} alternatives, {options.runs} runs each")
             results = ask(specs, physics() if options.physics else kinematic(), _say, options.scheduler, pool)
@@ -99,15 +103,21 @@ def _answer(options: argparse.Namespace) -> int:
     return ANSWERED
 
 
-def _processes(options: argparse.Namespace) -> int:
-    """Local processes that are wanted beside this one; 1 for none.
+def _pool(options: argparse.Namespace, stack: contextlib.ExitStack) -> Optional[Executor]:
+    """What runs beside this process; None for nothing.
 
-    What the forks share is reckoned before there are any.
+    A run in physics is a process of its own that keeps two cores busy. What the other forks share is reckoned before
+    there are any.
     """
-    if options.physics or options.scheduler or options.workers == 1:
-        return 1
+    cores = os.cpu_count() or 1
+    if options.scheduler:
+        return None
+    if options.physics:
+        return stack.enter_context(runs_at_once(options.workers or max(1, cores // 2)))
+    if (options.workers or cores) == 1:
+        return None
     raster_track()
-    return options.workers or os.cpu_count() or 1
+    return stack.enter_context(copies(options.workers or cores))
 
 
 def _checked(options: argparse.Namespace, alternatives: Sequence[Alternative]) -> List[WhatIfSpec]:
@@ -118,7 +128,7 @@ def _checked(options: argparse.Namespace, alternatives: Sequence[Alternative]) -
     """
     if (options.case, options.run, options.cell) != (None, None, None):
         return _specs(options, alternatives)
-    check_question(ANY_CELL, alternatives, options.runs)
+    check_question(ANY_CELL, alternatives, options.runs, options.physics)
     return []
 
 
@@ -130,10 +140,11 @@ def _specs(options: argparse.Namespace, alternatives: Sequence[Alternative]) -> 
         NoCellError: no live cell answers.
     """
     cell = _cell(options)
-    if options.physics:
-        check_physics(cell, alternatives)
     more = {"bounded": options.mode == "bounded", "limit_s": options.limit}
-    return specs_of(cell, alternatives, options.runs, options.seed, more)
+    specs = specs_of(cell, alternatives, options.runs, options.seed, more, options.physics)
+    if options.physics:
+        check_physics(specs)
+    return specs
 
 
 def _keep(options: argparse.Namespace, names: Sequence[str], results: Sequence[WhatIfResult]) -> None:
@@ -175,7 +186,7 @@ def _cell(options: argparse.Namespace) -> Cell:
         NoCellError: no live cell answers.
     """
     if options.case is not None:
-        return cell_of_case(options.case)
+        return cell_of_case(options.case, in_physics=options.physics)
     if options.run is not None:
         return cell_of_run(options.run, options.at)
     if options.cell is not None:

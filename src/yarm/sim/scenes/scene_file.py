@@ -8,31 +8,31 @@ from typing import Any, Dict
 import yaml
 
 from yarm.geometry.kinds import ObjectKind
+from yarm.robots.hc10 import AT_ORIGIN, Station
 from yarm.sim.scenes.events import Event, Trigger
 from yarm.sim.scenes.scene import Scene
-from yarm.sim.scenes.specs import NOT_DRAWN, RobotSpec, ThingSpec
+from yarm.sim.scenes.specs import NOT_DRAWN, ArmSpec, RobotSpec, ThingSpec
 
 DIGITS = 6
 LISTS = {ObjectKind.DEBRIS: "debris", ObjectKind.TARGET: "targets", ObjectKind.OBSTACLE: "obstacles"}
 
 
 def scene_text(scene: Scene) -> str:
-    """The YAML of a scene with manipulators at the origin, without bins, models and ranges to vary.
+    """The YAML of a scene without models and ranges to vary.
 
     Raises:
-        ValueError: it has something else, which would be lost.
+        ValueError: it has some, which would be lost.
     """
-    things = scene.all_things
-    elsewhere = any(arm.station.pose[:2, 3].any() for arm in scene.arms)
-    if scene.vary is not None or scene.bins or elsewhere or any(thing.model for thing in things):
-        raise ValueError(f"{scene.name}: bins, ranges to vary, models and stations elsewhere are not written")
+    if scene.vary is not None or any(thing.model for thing in scene.all_things):
+        raise ValueError(f"{scene.name}: ranges to vary and models are not written")
     values: Dict[str, Any] = {
         "name": scene.name,
         "about": scene.about,
         "seed": scene.seed,
         "fixtures": list(scene.fixtures),
         "robots": [_robot(robot) for robot in scene.robots],
-        "manipulators": [{"name": a.name, "type": a.type, "tucked": a.tucked} for a in scene.arms],
+        "manipulators": [_arm(arm) for arm in scene.arms],
+        "bins": [{"name": b.name, **_place(b.station)} for b in scene.bins],
     }
     for kind, key in LISTS.items():
         values[key] = [_thing(thing) for thing in scene.things_of(kind)]
@@ -52,6 +52,19 @@ def _deg(angle_rad: float) -> float:
 def _robot(robot: RobotSpec) -> Dict[str, Any]:
     place = {"x": _m(robot.x), "y": _m(robot.y), "heading_deg": _deg(robot.heading_rad)}
     return {"name": robot.name, "type": robot.type, **place, **({} if robot.drawn else {"shapes": NOT_DRAWN})}
+
+
+def _arm(arm: ArmSpec) -> Dict[str, Any]:
+    values: Dict[str, Any] = {"name": arm.name, "type": arm.type, "tucked": arm.tucked}
+    if arm.station != AT_ORIGIN:
+        values["station"] = _place(arm.station)
+        if arm.station.storage:
+            values["station"]["storage_deg"] = [_deg(angle) for angle in arm.station.storage]
+    return values
+
+
+def _place(station: Station) -> Dict[str, Any]:
+    return {"x": _m(station.x), "y": _m(station.y), "yaw_deg": _deg(station.yaw_rad)}
 
 
 def _thing(thing: ThingSpec) -> Dict[str, Any]:

@@ -17,14 +17,14 @@ from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
 from yarm.experiments.study.processes import copies
 from yarm.experiments.what_if.answer import answers, table
-from yarm.experiments.what_if.ask import alternative, ask, check_physics, combined, robot_numbers, specs_of
-from yarm.experiments.what_if.cell import Cell, Placed, WhatIfError, cell_of_case, cell_of_run
-from yarm.experiments.what_if.live import cell_of_map
+from yarm.experiments.what_if.ask import alternative, ask, combined, robot_numbers, specs_of
+from yarm.experiments.what_if.cell import TUCKED, Cell, Placed, WhatIfError, cell_of_case, cell_of_run
+from yarm.experiments.what_if.live import arms_of, cell_of_map
 from yarm.experiments.what_if.picture import plot
 from yarm.experiments.what_if.trial import WhatIfResult, WhatIfSpec, kinematic, params_of, run_fork
 from yarm.experiments.what_if.world import Fork
 from yarm.records import plain, read
-from yarm.robots.hc10 import AT_ORIGIN, NAME
+from yarm.robots.hc10 import AT_ORIGIN, NAME, Station
 
 LIMITS = {"bounded": False, "limit_s": 120.0}
 
@@ -119,6 +119,27 @@ def test_a_live_map_is_forked_as_it_is(cell: Cell) -> None:
     assert read(Cell, json.loads(json.dumps(plain(again)))) == again
 
 
+def test_every_manipulator_of_a_live_map_is_at_its_own_station() -> None:
+    """One at work beside one that is folded; and one whose neighbour, the scene's first, is not told of."""
+    first = cell_of_case("2m2ma")
+    one, two = first.arms
+    stations = {arm.name: Station(arm.x, arm.y, arm.yaw_rad) for arm in first.arms}
+    joints = stations[one.name].folded
+    folded = replace(first, arms=(replace(one, kind=TUCKED, size=joints), two))
+    cell_map = Fork(folded, CommanderParams(), 0.3, np.random.default_rng(0))._map()
+    assert arms_of(cell_map) == (one.name, two.name)
+    again = cell_of_map(cell_map, stations)
+    assert (again.arms, again.obstacles) == (folded.arms, ())
+    assert sorted(f.name for f in again.fixtures) == sorted(f.name for f in first.fixtures)
+    objects = {name: found for name, found in cell_map.objects.items() if name != one.name}
+    alone_map = replace(cell_map, objects=objects)
+    assert arms_of(alone_map) == (one.name, two.name), "the plain fixtures are of the first one's station"
+    alone = cell_of_map(alone_map, stations)
+    assert alone.arms == (two,)
+    places = {f.name: (round(f.x, 3), round(f.y, 3)) for f in first.fixtures}
+    assert {f.name: (round(f.x, 3), round(f.y, 3)) for f in alone.fixtures} == places
+
+
 def test_robots_are_taken_away_or_added_where_there_is_room(cell: Cell) -> None:
     assert len(cell.with_robots(3).robots) == 3
     assert len(cell_of_case("3m").with_robots(1).robots) == 1
@@ -168,10 +189,6 @@ def test_faulty_questions_are_refused(cell: Cell, tmp_path: Path) -> None:
         cell_of_run(tmp_path, 1.0)
     with pytest.raises(WhatIfError, match="or FIRST"):
         robot_numbers("many")
-    with pytest.raises(WhatIfError, match="ask with --case"):
-        check_physics(replace(cell, scene=""), [alternative("")])
-    with pytest.raises(WhatIfError, match="robots: settings are planner"):
-        check_physics(cell, [alternative("robots=2")])
 
 
 def test_a_moment_of_a_recorded_run_is_the_cell_as_it_was(tmp_path: Path) -> None:
