@@ -12,6 +12,7 @@ kinematic and dynamic models of wheeled mobile robots", IEEE Transactions on Rob
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Optional, Sequence, Tuple
 
 import numpy as np
@@ -71,6 +72,12 @@ def body_velocity(casters: Sequence[float], drive_mps: float, yaw_rate_radps: fl
 
 def turning_centre(casters: Sequence[float]) -> Optional[Point]:
     """Centre (x, y), metres, body frame, nearest to all wheels' axles; None when the wheels are parallel."""
+    return _turning_centre(tuple(casters))
+
+
+@lru_cache(maxsize=64)
+def _turning_centre(casters: Tuple[float, ...]) -> Optional[Point]:
+    """The same; while a base drives its wheels keep their angles."""
     normals = np.array([(math.cos(a), math.sin(a)) for a in casters])
     offsets = np.einsum("ij,ij->i", normals, np.array(CASTER_XY_M))
     _, singular, _ = np.linalg.svd(normals)

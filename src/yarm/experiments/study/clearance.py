@@ -79,6 +79,47 @@ def fleet_distance(solids: Sequence[Upright], others: Sequence[Upright]) -> floa
     return min((distance(a, b) for a in solids for b in others), default=math.inf)
 
 
+def nearer(solids: Sequence[Upright], others: Sequence[Upright], than_m: float) -> float:
+    """Least distance between two groups of upright solids where it is below ``than_m``, metres; else that."""
+    for a in solids:
+        x, y, reach = a.centre.x, a.centre.y, a.reach
+        for b in others:
+            if math.hypot(x - b.centre.x, y - b.centre.y) - reach - b.reach < than_m:
+                than_m = min(than_m, distance(a, b))
+    return than_m
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points, and an upright cylinder about them.
+
+    Attributes:
+        points: (n, 3), metres, world.
+        middle: x, y of the cylinder's axis, metres.
+        reach: its radius, metres.
+    """
+
+    points: FloatArray
+    middle: Tuple[float, float]
+    reach: float
+
+
+def cloud_of(points: FloatArray) -> Cloud:
+    """Points (n, 3), metres, world, n > 0, with the cylinder about their bounding box."""
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    x, y = (0.5 * (low + high)).tolist()
+    return Cloud(points, (x, y), 0.5 * math.hypot(*(high - low).tolist()))
+
+
+def points_nearer(solids: Sequence[Upright], cloud: Cloud, than_m: float) -> float:
+    """Least signed distance of a cloud from upright solids where it is below ``than_m``, metres; else that."""
+    for solid in solids:
+        far = math.hypot(solid.centre.x - cloud.middle[0], solid.centre.y - cloud.middle[1])
+        if far - solid.reach - cloud.reach < than_m:
+            than_m = min(than_m, float(_field(solid, cloud.points).min()))
+    return than_m
+
+
 def points_distance(solids: Sequence[Upright], points: FloatArray) -> float:
     """Least signed distance of points (n, 3), metres, world, from upright solids; inf without points."""
     if len(points) == 0:

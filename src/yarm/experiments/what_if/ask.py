@@ -6,8 +6,9 @@ import itertools
 import tempfile
 import time
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from yarm.experiments.study.runner import TrialKind, load_trials, run_trials
 from yarm.experiments.what_if.answer import answers, table
@@ -116,6 +117,8 @@ def ask(
 ) -> List[WhatIfResult]:
     """Run them all; the answers so far are told every two seconds, once every alternative has one.
 
+    Alternatives that come to the same, as the cell as it is and the number of robots that it has, are run once.
+
     Args:
         specs: as ``specs_of`` gives them.
         kind: kinematic or physics.
@@ -127,19 +130,41 @@ def ask(
         StudyError: runs raised.
     """
     names = list(dict.fromkeys(spec.name for spec in specs))
+    of = {spec.key: same for spec, same in zip(specs, _same_runs(specs))}
+    different = list({run.key: run for run in of.values()}.values())
     began = told = time.monotonic()
     first = True
+
+    def all_of(results: Sequence[WhatIfResult]) -> List[WhatIfResult]:
+        """A result for each spec whose run has one."""
+        found = {result.spec.key: result for result in results}
+        have = [spec for spec in specs if of[spec.key].key in found]
+        return [replace(found[of[spec.key].key], spec=spec) for spec in have]
+
     with tempfile.TemporaryDirectory(prefix="yarm-what-if-") as folder:
 
         def on_progress(done: int, total: int, key: str) -> None:
             nonlocal told, first
-            if done < len(names) or done == total or (not first and time.monotonic() - told < TOLD_EVERY_S):
+            if done in (0, total) or (not first and time.monotonic() - told < TOLD_EVERY_S):
                 return
-            found = answers(list(load_trials(kind, Path(folder), specs).values()), names)
+            so_far = all_of(list(load_trials(kind, Path(folder), different).values()))
+            found = answers(so_far, names)
             if len(found) == len(names):
                 told, first = time.monotonic(), False
-                say(f"{done} of {total} runs after {told - began:.1f} s:\n{table(found)}\n")
+                say(f"{len(so_far)} of {len(specs)} runs after {told - began:.1f} s:\n{table(found)}\n")
 
-        results = run_trials(kind, specs, Path(folder), scheduler, 1, on_progress, pool)
+        results = all_of(run_trials(kind, different, Path(folder), scheduler, 1, on_progress, pool))
     say(f"{len(specs)} runs in {time.monotonic() - began:.1f} s:\n{table(answers(results, names))}")
     return results
+
+
+def _same_runs(specs: Sequence[WhatIfSpec]) -> List[WhatIfSpec]:
+    """For each spec the first one that comes to the same: parameters of the Commander, and number of robots."""
+    first: Dict[Tuple[str, int, int], WhatIfSpec] = {}
+    same = []
+    for spec in specs:
+        count = int(dict(spec.settings).get(ROBOTS, len(spec.cell.robots)))
+        same.append(
+            first.setdefault((repr(params_of(spec.cell, spec.settings, in_physics=True)), count, spec.seed), spec)
+        )
+    return same

@@ -24,7 +24,7 @@ from yarm.geometry import STRAY, Pose2
 from yarm.geometry.kinds import ObjectKind
 from yarm.robots.ankurbot import ARM_REACH_M
 from yarm.robots.hc10 import STATION_FIXTURES, Station
-from yarm.sim.scenes.events import Event
+from yarm.sim.scenes.events import Event, Trigger
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene, scene_from
 from yarm.sim.scenes.scene_file import scene_text
 from yarm.sim.scenes.specs import ArmSpec, FixtureSpec, RobotSpec, ThingSpec
@@ -139,10 +139,18 @@ def _options(spec: WhatIfSpec) -> List[str]:
             loaded = yaml.safe_load(value)
             text = ",".join(f"{angle:g}" for angle in loaded) if isinstance(loaded, list) else str(value)
             words.append(f"{OPTIONS[name]}={text}")
+    words += ["--seed", str(spec.seed), "--raster", f"{_share(spec):.3f}", "--limit", str(spec.limit_s)]
+    return [*words, "--mode", _state(spec).lower()]
+
+
+def _share(spec: WhatIfSpec) -> float:
+    """Share of the raster that is done when the mission begins, 0 to 1."""
     at_work = any(arm.kind != TUCKED for arm in spec.cell.arms)
-    share = share_of(spec.cell, _rng(spec)) if at_work and not spec.cell.scene else 0.0
-    mode = "bounded" if spec.bounded else "boundless"
-    return [*words, "--seed", str(spec.seed), "--raster", f"{share:.3f}", "--limit", str(spec.limit_s), "--mode", mode]
+    return share_of(spec.cell, _rng(spec)) if at_work and not spec.cell.scene else 0.0
+
+
+def _state(spec: WhatIfSpec) -> str:
+    return "BOUNDED" if spec.bounded else "BOUNDLESS"
 
 
 def _rng(spec: WhatIfSpec) -> np.random.Generator:
@@ -164,10 +172,11 @@ def _case_of(spec: WhatIfSpec) -> str:
         else:
             cell = drawn(spec.cell, spec.seed, _rng(spec))
             scene = scene_of_cell(cell.with_robots(count) if count else cell, spec.seed)
+            scene = debris_from(scene, _state(spec)) if _share(spec) > 0.0 else scene
         text = scene_text(scene)
         scene_from(yaml.safe_load(text), spec.cell.source)
     except (SceneError, ValueError) as error:
-        raise WhatIfError(f"--physics: {spec.cell.source}: {error}") from error
+        raise WhatIfError(f"--physics: {error}") from error
     return text
 
 
@@ -218,6 +227,13 @@ def scene_of_cell(cell: Cell, seed: int) -> Scene:
 def _rounded(placed: Union[Placed, Station]) -> Tuple[float, float]:
     """A place to the millimetre."""
     return round(placed.x, 3), round(placed.y, 3)
+
+
+def debris_from(scene: Scene, state: str) -> Scene:
+    """A scene whose debris is there from this state of the Commander on: before, it would keep the sander waiting."""
+    debris = scene.things_of(ObjectKind.DEBRIS)
+    events = tuple(Event(f"{piece.name} is there", Trigger(state=state), spawn=piece) for piece in debris)
+    return replace(scene, things=tuple(t for t in scene.things if t not in debris), events=(*scene.events, *events))
 
 
 def _robot(robot: Placed) -> RobotSpec:

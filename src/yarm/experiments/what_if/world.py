@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
+import numpy.typing as npt
 
 from yarm.commander.events import (
     Action,
@@ -45,7 +46,7 @@ from yarm.control.base.model import BaseModel
 from yarm.control.base.params import BaseParams
 from yarm.control.sander.states import SanderState
 from yarm.experiments.study.arm_track import arm_of, folded_points
-from yarm.experiments.study.clearance import Upright, box, fleet_distance, points_distance
+from yarm.experiments.study.clearance import Cloud, Upright, box, cloud_of, nearer, points_nearer
 from yarm.experiments.study.kinematic import FIXTURES, TICK_S, KinematicRobot, solid_cells
 from yarm.experiments.what_if.cell import TUCKED, Cell, Placed
 from yarm.geometry import (
@@ -106,7 +107,7 @@ class ArmAtWork:
         self._pose = Station(placed.x, placed.y, placed.yaw_rad).pose
         self._player = arm_of(share)
         self._joints = self._player.joints()
-        self._points: Optional[FloatArray] = None
+        self._cloud: Optional[Cloud] = None
         self._cells: Optional[IntArray] = None
 
     @property
@@ -126,18 +127,18 @@ class ArmAtWork:
         self.paused_s += 0.0 if self.enabled else TICK_S
         joints = self._player.joints()
         if not np.array_equal(joints, self._joints):
-            self._joints, self._points, self._cells = joints, None, None
+            self._joints, self._cloud, self._cells = joints, None, None
 
-    def points(self) -> FloatArray:
-        """Points (n, 3) on its links, metres, world."""
-        if self._points is None:
-            self._points = transform_points(self._pose, self._player.points())
-        return self._points
+    def cloud(self) -> Cloud:
+        """Points on its links, metres, world."""
+        if self._cloud is None:
+            self._cloud = cloud_of(transform_points(self._pose, self._player.points()))
+        return self._cloud
 
     def cells(self, spec: GridSpec) -> IntArray:
         """Cells (n, 3) that its links are in."""
         if self._cells is None:
-            self._cells = spec.cells_inside(self.points())
+            self._cells = spec.cells_inside(self.cloud().points)
         return self._cells
 
     def tip(self) -> FloatArray:
@@ -165,7 +166,7 @@ class Fork:
         tools = Tools(make_planner(params.planner, params.planner_params), np.random.default_rng(params.seed))
         self.commander = Commander(params, tools)
         self.arms = [ArmAtWork(arm, share) for arm in cell.arms if arm.kind != TUCKED]
-        self._folded = {arm.name: _folded(arm) for arm in cell.arms if arm.kind == TUCKED}
+        self._folded = {arm.name: cloud_of(_folded(arm)) for arm in cell.arms if arm.kind == TUCKED}
         self.robots = {robot.name: Mobile(_body(robot)) for robot in cell.robots}
         self._statics: Dict[str, Tuple[Upright, ...]] = {
             fixture.name: tuple(
@@ -179,12 +180,14 @@ class Fork:
         self._bins = {fixture.name: fixture for fixture in cell.bins}
         self._goals: Dict[str, Placed] = {thing.name: thing for thing in cell.goals}
         self._fixed = [self._fixed_object(name, solids) for name, solids in self._statics.items()]
-        for name, points in self._folded.items():
+        for name, cloud in self._folded.items():
+            points = cloud.points
             middle = (float(points[0, 0]), float(points[0, 1]), float(points[0, 2]))
             cells = self._spec.cells_inside(points)
             self._fixed.append(_mapped(name, ObjectKind.OBSTACLE, middle, 0.0, cells))
+        self._standing = _counted(self._spec, self._fixed)
         self._events: List[Event] = []
-        self._looked: Tuple[Dict[str, Pose2], List[FloatArray]] = ({}, [])
+        self._looked: Tuple[Dict[str, Pose2], List[Cloud]] = ({}, [])
         self._registered: Mapping[str, str] = {}
         self._do_of: Dict[type, Callable[..., None]] = {
             SendGoal: self._take,
@@ -274,16 +277,16 @@ class Fork:
     def _look_around(self) -> None:
         """The least distance of a robot to anything it must not touch."""
         poses = {name: robot.body.pose for name, robot in self.robots.items()}
-        moving = [arm.points() for arm in self.arms]
+        moving = [arm.cloud() for arm in self.arms]
         if poses == self._looked[0] and all(a is b for a, b in zip(moving, self._looked[1])):
             return
         self._looked = poses, moving
         bodies = {name: robot.body.solids for name, robot in self.robots.items()}
         for name, solids in bodies.items():
-            gaps = [fleet_distance(solids, others) for others in self._statics.values()]
-            gaps += [fleet_distance(solids, others) for other, others in bodies.items() if other > name]
-            gaps += [points_distance(solids, points) for points in (*moving, *self._folded.values())]
-            self.least_m = min([self.least_m, *gaps])
+            for others in (*self._statics.values(), *(bodies[other] for other in bodies if other > name)):
+                self.least_m = nearer(solids, others, self.least_m)
+            for cloud in (*moving, *self._folded.values()):
+                self.least_m = points_nearer(solids, cloud, self.least_m)
 
     # What the Commander is told.
 
@@ -314,9 +317,8 @@ class Fork:
             x, y, z = arm.tip().tolist()
             cells = arm.cells(self._spec)
             objects[arm.name] = _mapped(arm.name, ObjectKind.MANIPULATOR, (x, y, z), 0.0, cells)
-        grid = np.zeros(self._spec.shape, dtype=np.int8)
-        for found in objects.values():
-            grid[tuple(found.cells.T)] += 1
+        moving = list(objects.values())[len(self._fixed) :]
+        grid = self._standing + _counted(self._spec, moving)
         return CellMap(self.now_s, self._spec, np.minimum(grid, 2), objects)
 
     def _goal(self, thing: Placed, holder: Optional[str]) -> MappedObject:
@@ -397,6 +399,14 @@ class Fork:
     def _note_decision(self, decision: Decision) -> None:
         if decision.kind in (DecisionKind.REACHED, DecisionKind.ENDED) and self.commander.busy:
             self.done_s = self.now_s
+
+
+def _counted(spec: GridSpec, objects: Sequence[MappedObject]) -> npt.NDArray[np.int8]:
+    """How many of the objects each cell of the grid is in."""
+    grid = np.zeros(spec.shape, dtype=np.int8)
+    for found in objects:
+        grid[tuple(found.cells.T)] += 1
+    return grid
 
 
 def _folded(arm: Placed) -> FloatArray:

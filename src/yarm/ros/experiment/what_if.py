@@ -198,6 +198,12 @@ def _cell(options: argparse.Namespace) -> Cell:
 
 
 def _cell_of_ros() -> Cell:
+    """The live cell, read by a copy of this process that ends with it: its node would go on hearing /clock."""
+    with copies(1) as reader:
+        return reader.submit(_read_live).result()
+
+
+def _read_live() -> Cell:
     live: Cell = importlib.import_module("yarm.ros.experiment.live_cell").live_cell()  # only this needs messages
     return live
 

@@ -19,7 +19,7 @@ import yaml
 from yarm.commander.params import CommanderParams
 from yarm.experiments.what_if import physics
 from yarm.experiments.what_if.ask import alternative, specs_of
-from yarm.experiments.what_if.cell import Cell, Placed, WhatIfError, cell_of, cell_of_case
+from yarm.experiments.what_if.cell import TUCKED, Cell, Placed, WhatIfError, cell_of, cell_of_case
 from yarm.experiments.what_if.live import cell_of_map
 from yarm.experiments.what_if.physics import check_physics, runs_at_once, scene_of_cell, with_robots
 from yarm.experiments.what_if.trial import WhatIfSpec
@@ -102,7 +102,7 @@ def test_what_a_run_in_physics_does_not_know_is_refused(cell: Cell, settings: st
 
 def test_a_cell_that_is_no_scene_is_refused_with_what_is_wrong(cell: Cell) -> None:
     far = replace(cell, goals=(Placed("debris_1", "Debris", 9.0, 0.0, 0.75),))
-    with pytest.raises(WhatIfError, match=r"debris\[0\].x"):
+    with pytest.raises(WhatIfError, match=r"--physics: scene 1m1ma: .*spawn.x = .*expected a number within"):
         check_physics(specs_of(far, [alternative("")], 1, 1, LIMITS, in_physics=True))
     unchecked = replace(cell, settings=(("check_steps", "report"),))
     with pytest.raises(WhatIfError, match="check_steps = 'report'"):
@@ -115,6 +115,19 @@ def test_hidden_space_counts_where_there_are_cameras(cell: Cell) -> None:
     assert "--hidden=known_bodies" in options and "--turns=0,-90" in options and "--removal=delete" in options
     with pytest.raises(WhatIfError, match="no cameras"):
         specs_of(cell, [alternative("hidden=known_bodies")], 1, 1, LIMITS)
+
+
+def test_debris_comes_when_the_raster_is_where_it_was(cell: Cell) -> None:
+    """It would keep the sander waiting before; where no manipulator works it is there at once."""
+    (spec,) = specs_of(replace(cell, share=0.4), [alternative("")], 1, 1, {**LIMITS, "bounded": True}, in_physics=True)
+    scene = scene_from(yaml.safe_load(physics._case_of(spec)), "written")
+    assert [(e.when.state, e.spawn and e.spawn.name) for e in scene.events] == [("BOUNDED", "debris_1")]
+    assert not scene.things and physics._options(spec)[-6:][0] == "--raster" and "0.400" in physics._options(spec)
+    folded = replace(cell, arms=tuple(replace(arm, kind=TUCKED) for arm in cell.arms))
+    (spec,) = specs_of(folded, [alternative("")], 1, 1, LIMITS, in_physics=True)
+    scene = scene_from(yaml.safe_load(physics._case_of(spec)), "written")
+    assert not scene.events and [thing.name for thing in scene.things] == ["debris_1"]
+    assert "0.000" in physics._options(spec)
 
 
 def test_an_interrupt_ends_the_runs_that_go_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cell: Cell) -> None:
