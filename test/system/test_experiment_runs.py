@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Dict, List, Tuple
@@ -13,15 +15,25 @@ from typing import Dict, List, Tuple
 import pytest
 import yaml
 
-from support.launched import ROOT, LaunchedTestError, run
+from support.launched import ROOT, Launched, LaunchedTestError, run
 from yarm.console.film import Film, unpack
 from yarm.console.wire import decode
 from yarm.experiments.run.ledger import difference, ledger_hash, read_ledger
 from yarm.ros.common.names import ee_frame
+from yarm.ros.experiment.ports import free_port
 
 LIMIT_S = 900.0
 MISSION = [sys.executable, str(ROOT / "scripts" / "run_experiment"), "--sync", "--speed", "0"]
 CALL = [*MISSION, "--case", "single"]
+LOOK = """
+import rospy
+from yarm.msg import CommanderStatus
+from yarm.ros.common.names import COMMANDER_STATUS
+rospy.init_node("who_looks", anonymous=True, disable_rostime=True)
+said = rospy.wait_for_message(COMMANDER_STATUS, CommanderStatus, timeout=60.0)
+print({"state": said.state_name, "tasks": [task.goal for task in said.tasks], "stamp": said.header.stamp.to_sec()})
+"""
+"""What a tool of ROS sees of a cell that stands still."""
 ENDING_S = 0.2
 """How long after the mission's last moment poses may still come in, s; when the recording ends is wall time's say."""
 
@@ -133,6 +145,31 @@ def test_a_mission_is_brought_to_one_of_its_decisions_again_and_another_is_not_t
     result = yaml.safe_load((folder / "replay" / "single" / "1" / "replay.yaml").read_text())
     assert f"decision {sent[0].number} is send ankurbot_1" in result["reason"]
     assert "made up" in result["reason"]
+
+
+def test_the_cell_stands_at_a_decision_for_whoever_looks_until_ctrl_c(single: Tuple[Path, str], tmp_path: Path) -> None:
+    """Without ``--end``: what it says and answers is of that moment, and stays so."""
+    folder = Path(shutil.copytree(single[0], tmp_path / "run"))
+    sent = [row for row in read_ledger(folder / "decisions.csv") if row.kind == "send"][1]
+    port = free_port()
+    call = [sys.executable, str(ROOT / "scripts" / "replay_to"), "--run", str(folder), "--port", str(port)]
+    uri = f"http://localhost:{port}"
+    with Launched([*call, "--decision", str(sent.number)], "replay_held", {}, ROOT) as held:
+        deadline = time.monotonic() + LIMIT_S
+        while "the cell stands still" not in held.output():
+            assert held.running() and time.monotonic() < deadline, held.output()[-4000:]
+            time.sleep(0.2)
+        looks = [
+            run(["env", f"ROS_MASTER_URI={uri}", sys.executable, "-c", LOOK], "replay_look", 60.0) for _ in range(2)
+        ]
+        first, later = (yaml.safe_load(re.findall(r"^\{.*\}$", look, re.M)[-1]) for look in looks)
+        assert first == later and first["state"] == "BOUNDLESS" and first["tasks"] == ["target_1"]
+        why = ["env", f"ROS_MASTER_URI={uri}", "rosservice", "call", "/commander/why", "subject: target_1"]
+        assert "ankurbot_1" in run(why, "replay_why", 60.0), "its services answer"
+        assert held.running()
+        assert held.interrupt(LIMIT_S) == 0
+    result = yaml.safe_load((folder / "replay" / "single" / "1" / "replay.yaml").read_text())
+    assert result["reached"] and result["decision"] == sent.number
 
 
 def _rows(path: Path) -> List[Dict[str, str]]:

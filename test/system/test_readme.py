@@ -14,6 +14,7 @@ from urllib.error import URLError
 from urllib.request import urlopen
 
 import pytest
+import yaml
 
 from support.launched import ROOT, Launched, run
 from yarm.ros.experiment.ports import free_port
@@ -228,6 +229,12 @@ def test_brought_to_a_decision_again(place: Path) -> None:
     run(["bash", "-c", f"cd {place} && {experiment}"], "readme_repeated", LIMIT_S)
     output = run(["bash", "-c", f"cd {place} && {replay} --end"], "readme_replay_to", LIMIT_S)
     assert re.search(r"decision 10, \w+", output), output[-4000:]
+    folder = place / "results" / "1m1ma_bin" / "3"
+    decisions = yaml.safe_load((folder / "summary.yaml").read_text())["decisions"]
+    whole = replay.replace("--decision 10", f"--decision {decisions['count']}")
+    run(["bash", "-c", f"cd {place} && {whole} --end"], "readme_replay_whole", LIMIT_S)
+    again = yaml.safe_load((folder / "replay" / "1m1ma_bin" / "3" / "replay.yaml").read_text())
+    assert again["hash"] == decisions["hash"], "with hands and a bin, too, a mission is the same to its last decision"
 
 
 def test_explored(display: str, place: Path) -> None:
