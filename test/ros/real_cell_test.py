@@ -7,6 +7,8 @@ sees what lies on the part, names it, and takes it away when it was reached.
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -27,6 +29,7 @@ ROBOT, ARM, PIECE = "ankurbot_1", "hc10_barc", "debris_1"
 PART_M = (-0.5, 0.0, -0.35, 0.35)
 """The part, x from, to, y from, to, metres, as a person sees it."""
 PART_TOP_M = 0.7
+RESULTS = Path(os.environ["ROS_HOME"]) / "real_cell"
 
 
 class RealCellTest(CommanderDriver):
@@ -37,6 +40,7 @@ class RealCellTest(CommanderDriver):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
+        shutil.rmtree(RESULTS, ignore_errors=True)
         cls.present, cls.seen, cls.said, cls.reached = {}, set(), set(), set()
         rospy.Subscriber(names.OBJECT_REGISTRY, ObjectRegistry, cls.on_registry, queue_size=10)
         rospy.Subscriber(names.DIAGNOSTICS, DiagnosticArray, cls.on_diagnostics, queue_size=100)
@@ -108,7 +112,15 @@ class RealCellTest(CommanderDriver):
         self.assertTrue(self.take_away(SpawnObstaclesRequest(name=PIECE)).success)
         self.ended()
 
-    def test_4_a_piece_that_is_not_there_is_named(self):
+    def test_4_the_mission_has_left_a_proof_sheet(self):
+        """Of a piece that no scene file knows, with what a cell without a simulator's truth can say."""
+        self.wait(lambda: list(RESULTS.glob("by_hand/1m1ma/*/proof.html")), "the proof sheet")
+        (sheet,) = RESULTS.glob("by_hand/1m1ma/*/proof.html")
+        text = sheet.read_text(encoding="utf-8")
+        self.assertRegex(text, f"Debris {PIECE}: reached")
+        self.assertRegex(text, "hash of all decisions</td><td>[0-9a-f]{64}<")
+
+    def test_5_a_piece_that_is_not_there_is_named(self):
         self.assertTrue(self.spawn(SpawnObstaclesRequest(name="ghost", type="Debris", x=2.0, y=-2.0, z=0.5)).success)
         self.wait(lambda: any("ghost was named, but nothing is seen of it" in s for s in self.said), "a word about it")
         self.assertTrue(self.delete(SpawnObstaclesRequest(name="ghost")).success)
