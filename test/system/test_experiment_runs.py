@@ -147,6 +147,20 @@ def test_a_mission_is_brought_to_one_of_its_decisions_again_and_another_is_not_t
     assert "made up" in result["reason"]
 
 
+def test_a_moment_of_a_run_is_forked_into_the_whole_system(single: Tuple[Path, str], tmp_path: Path) -> None:
+    """What if, in physics: its robot begins where it was, and has the rest of its way to go."""
+    folder, _ = single
+    at_s = 6.0
+    call = [sys.executable, str(ROOT / "scripts" / "what_if"), "--physics", "--run", str(folder), "--at", str(at_s)]
+    call += ["--alternative", "particles=200", "--runs", "1", "--results", str(tmp_path)]
+    output = run(call, "what_if_in_physics", LIMIT_S)
+    assert "particles=200  1 of 1" in output, output[-4000:]
+    whole_s = yaml.safe_load((folder / "summary.yaml").read_text())["goals"]["target_1"]["declared_s"]
+    left_s = float(re.search(r"1 of 1 +([0-9.]+)", output).group(1))
+    assert 1.0 < left_s < whole_s - 0.5 * at_s, (left_s, whole_s)
+    assert (tmp_path / "what_if" / "answer.png").is_file()
+
+
 def test_the_cell_stands_at_a_decision_for_whoever_looks_until_ctrl_c(single: Tuple[Path, str], tmp_path: Path) -> None:
     """Without ``--end``: what it says and answers is of that moment, and stays so."""
     folder = Path(shutil.copytree(single[0], tmp_path / "run"))
