@@ -96,6 +96,12 @@ def parser() -> argparse.ArgumentParser:
     )
     options.add_argument("--raster", type=float, default=0.0, help="begin when so much of the raster is done, 0 to 1")
     options.add_argument("--soak", type=float, default=0.0, help="simulated seconds to go on with random debris")
+    _add_limits(options)
+    return options
+
+
+def _add_limits(options: argparse.ArgumentParser) -> None:
+    """What it may take of time and of the machine."""
     options.add_argument(
         "--limit", type=float, default=0.0, help="simulated seconds for the mission; 0: the case's own"
     )
@@ -111,7 +117,6 @@ def parser() -> argparse.ArgumentParser:
         metavar="0..19",
         help="scheduling priority of all it starts, 19 the last; 0: as usual",
     )
-    return options
 
 
 def _add_planning(options: argparse.ArgumentParser) -> None:
