@@ -7,7 +7,8 @@
 
 Each run is ``run_experiment`` with 1m1ma, ``--cleanup``, in real time (lock-step starts nobody again). In the midst of
 the calibration, of a step, of a pause of the sander or of the cleanup, after a while drawn from the seed, one node gets
-SIGKILL, or SIGSTOP and 5 s of wall time later SIGCONT. A row a run goes to a CSV file, and one that is there is not run
+SIGKILL, or SIGSTOP and 5 s of wall time later SIGCONT, or stalls: ten times SIGSTOP, after 0.05 to 0.8 s SIGCONT, and
+as long until the next, all drawn from the seed. A row a run goes to a CSV file, and one that is there is not run
 again; a run in which nothing was done to anybody, because the cell did not come up, leaves none. Columns: simulated
 time of the fault; wall and simulated time from there to the first message of the node's main topic that is stamped
 0.2 s later or more (of a node that was frozen this includes the 5 s; inf: none came); how far the robots' tips went,
@@ -60,6 +61,8 @@ OUTPUTS: Dict[str, Tuple[str, Any]] = {
 """Main topic of each node."""
 FROZEN_S = 5.0
 """Wall time that a node is frozen, s."""
+STALLS, STALL_S = 10, (0.05, 0.8)
+"""How often a node stalls, and for how long, wall time, s."""
 FRESH_S, BRAKED_S = 0.2, 1.0
 """Simulated time after the fault from which a message is a new one, and from which nothing may move, s."""
 WAIT_S, DELAY_S = 900.0, 2.0
@@ -116,14 +119,19 @@ class Injector:
                 self._changed.wait(0.2)
             return ready()
 
-    def strike(self, pid: int, fault: str) -> None:
+    def strike(self, pid: int, fault: str, draw: random.Random) -> None:
         """Do the fault; returns when the node could run again."""
         with self._changed:
             self._fault = (rospy.get_time(), time.monotonic())
-            os.kill(pid, signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
-        if fault == "stop":
-            time.sleep(FROZEN_S)
+        if fault == "kill":
+            os.kill(pid, signal.SIGKILL)
+            return
+        for frozen_s in [FROZEN_S] if fault == "stop" else [draw.uniform(*STALL_S) for _ in range(STALLS)]:
+            os.kill(pid, signal.SIGSTOP)
+            time.sleep(frozen_s)
             os.kill(pid, signal.SIGCONT)
+            if fault == "stall":
+                time.sleep(draw.uniform(*STALL_S))
 
     def figures(self) -> Dict[str, Any]:
         """What the columns say, as far as this process knows."""
@@ -188,7 +196,7 @@ def inject(node: str, fault: str, moment: str, seed: int) -> None:
     until_s = rospy.get_time() + draw.uniform(0.0, DELAY_S)
     injector.wait(lambda: rospy.get_time() >= until_s or not injector.now_there(), WAIT_S)
     uri = rospy.get_master().lookupNode("/" + node)[2]
-    injector.strike(int(xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]), fault)
+    injector.strike(int(xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]), fault, draw)
     print(json.dumps(injector.figures()), flush=True)
     injector.wait(lambda: injector.back is not None, WAIT_S)
     print(json.dumps(injector.figures()), flush=True)

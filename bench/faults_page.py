@@ -16,15 +16,15 @@ NODES = (
     "hc10_state_machine",
     "safety_monitor",
 )
-FAULTS, MOMENTS = ("kill", "stop"), ("calibration", "step", "pause", "cleanup")
+FAULTS, MOMENTS = ("kill", "stop", "stall"), ("calibration", "step", "pause", "cleanup")
 Key = Tuple[str, str, str, int]
 HEAD = """# Nodes that die or freeze in the midst of a mission
 Written by `python3 bench/faults.py --report` from [its rows](data/faults.csv), whose columns its head explains.
 Case `1m1ma` in physics and real time, with the way home. In a cell: missions that ended well of those that were run,
 failure contacts by ground truth, and the longest simulated time from the fault to the node's next word. `kill`:
-SIGKILL; `stop`: SIGSTOP for 5 s. Not in the table, because nobody starts them again: the simulation, the recorder and
-the ROS master. The machine was shared with much other work: simulated time is what counts, a second of it took one to
-five of the wall.
+SIGKILL; `stop`: SIGSTOP for 5 s; `stall`: ten times SIGSTOP for 0.05 to 0.8 s, with as long between them. Not in the
+table, because nobody starts them again: the simulation, the recorder and the ROS master. The machine was shared with
+much other work: simulated time is what counts, a second of it took one to five of the wall.
 """
 
 
