@@ -29,7 +29,8 @@ LOOK = """
 import rospy
 from yarm.msg import CommanderStatus
 from yarm.ros.common.names import COMMANDER_STATUS
-rospy.init_node("who_looks", anonymous=True, disable_rostime=True)
+from yarm.ros.common.start import init_node
+init_node("who_looks", anonymous=True, disable_rostime=True)
 said = rospy.wait_for_message(COMMANDER_STATUS, CommanderStatus, timeout=60.0)
 print({"state": said.state_name, "tasks": [task.goal for task in said.tasks], "stamp": said.header.stamp.to_sec()})
 """
