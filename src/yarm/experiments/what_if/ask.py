@@ -160,11 +160,9 @@ def ask(
 
 def _same_runs(specs: Sequence[WhatIfSpec]) -> List[WhatIfSpec]:
     """For each spec the first one that comes to the same: parameters of the Commander, and number of robots."""
-    first: Dict[Tuple[str, int, int], WhatIfSpec] = {}
-    same = []
-    for spec in specs:
-        count = int(dict(spec.settings).get(ROBOTS, len(spec.cell.robots)))
-        same.append(
-            first.setdefault((repr(params_of(spec.cell, spec.settings, in_physics=True)), count, spec.seed), spec)
-        )
-    return same
+    comes_to: Dict[str, Tuple[str, int]] = {}
+    for name, one in {spec.name: spec for spec in specs}.items():
+        params = params_of(one.cell, one.settings, in_physics=True)
+        comes_to[name] = repr(params), int(dict(one.settings).get(ROBOTS, len(one.cell.robots)))
+    first: Dict[Tuple[Tuple[str, int], int], WhatIfSpec] = {}
+    return [first.setdefault((comes_to[spec.name], spec.seed), spec) for spec in specs]
