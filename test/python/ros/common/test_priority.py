@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from yarm.ros.common.priority import SESSION, set_priority
+from yarm.ros.common.priority import SESSION, lower, set_priority
 
 ROOT = Path(__file__).resolve().parents[4]
 TELL = "import os, pathlib, sys; print(os.getpriority(os.PRIO_PROCESS, 0), pathlib.Path(sys.argv[1]).read_text())"
@@ -134,3 +134,16 @@ def running(pid):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except (FileNotFoundError, ProcessLookupError):
         return False
+
+
+def test_another_process_is_lowered_with_its_session():
+    """As ``run_experiment --nice`` does with every node, each of which roslaunch has given a session of its own."""
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, start_new_session=True) as child:
+        lower(child.pid, 17)
+        assert os.getpriority(os.PRIO_PROCESS, child.pid) == 17
+        session = Path(f"/proc/{child.pid}/autogroup")
+        assert not session.exists() or "nice 17" in session.read_text()
+        child.kill()
+        child.wait()
+    with pytest.raises(OSError):
+        lower(child.pid, 17)
