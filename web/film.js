@@ -80,6 +80,7 @@ export class Player {
     this.playing = false;
     this.wanted = null;
     this.busy = null;
+    this.asked = 0; // moments that somebody asked for
   }
 
   async load() {
@@ -98,6 +99,11 @@ export class Player {
 
   /** Show the moment; of several that are asked for meanwhile only the last. */
   seek(time_s) {
+    this.asked += 1;
+    return this.go(time_s);
+  }
+
+  go(time_s) {
     this.wanted = Math.min(this.last_s, Math.max(this.first_s, time_s));
     this.at_s = this.wanted;
     this.changed();
@@ -147,9 +153,10 @@ export class Player {
     return found.entries;
   }
 
-  /** One picture on, or back. */
+  /** One picture on, or back; a moment that is asked for before the pictures have come goes before. */
   async step(way) {
     this.pause();
+    const asked = this.asked;
     const { blocks, first } = this.index;
     const times = [];
     for (let i = 0; i < blocks.length; i++) {
@@ -158,7 +165,7 @@ export class Player {
       times.push(...own.filter((entry) => entry.header.kind === "state").map((entry) => entry.time_s));
     }
     const next = way > 0 ? times.find((time) => time > this.at_s + 1e-3) : times.reverse().find((time) => time < this.at_s - 1e-3);
-    if (next !== undefined) await this.seek(next);
+    if (next !== undefined && asked === this.asked) await this.go(next);
   }
 
   play() {

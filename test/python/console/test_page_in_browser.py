@@ -289,6 +289,51 @@ def test_a_page_whose_experiment_has_ended_goes_over_to_its_film(desk, tmp_path)
     desk.run(watch())
 
 
+HOLD_FILM = """(() => {
+  const fetched = window.fetch;
+  window.come = 0;
+  const until = new Promise((release) => (window.release = release));
+  window.fetch = async (address) => {
+    const answer = await fetched(address);
+    if (/film\\/\\d/.test(address)) await until.then(() => (window.come += 1));
+    return answer;
+  };
+})()"""
+ASK_FOR = """((range, time_s) => {
+  range.value = time_s;
+  range.dispatchEvent(new Event("input"));
+  return Number(range.value);
+})(document.querySelector("#when"), %s)"""
+
+
+def test_a_moment_that_is_asked_for_while_a_step_waits_for_pictures_is_what_is_shown(desk, tmp_path):
+    view, film = BusyCellView(), Film("the run")
+    for _ in range(160):
+        film.add(view.now_s(), view.parts(), view.state())
+
+    async def look():
+        browser = await desk.browser.another()
+        async with page_served(film, str(tmp_path)) as address:
+            await browser.open(address)
+            shown = "window.yarmConsole && yarmConsole.newest() && yarmConsole.film().settled"
+            await browser.until(shown, LIMIT_S)
+            assert await browser.run("yarmConsole.film().unpacked") == 1
+            await browser.run(HOLD_FILM)
+            await browser.run("document.querySelector('#step-on').click()")
+            wanted_s = await browser.run(ASK_FOR % 2.0)
+            await browser.run("release()")
+            await browser.until("come >= 3 && yarmConsole.film().unpacked === 4", LIMIT_S)
+            await browser.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            await browser.until(shown, LIMIT_S)
+            assert await browser.run("yarmConsole.film().at_s") == pytest.approx(wanted_s)
+            await browser.run("document.querySelector('#step-on').click()")
+            await browser.until(f"yarmConsole.film().at_s > {wanted_s + 0.05}", LIMIT_S)
+            assert await browser.run("yarmConsole.film().at_s") == pytest.approx(wanted_s + 0.1)
+            await leave(browser)
+
+    desk.run(look())
+
+
 async def key(browser, name, code):
     """A key is pressed and let go."""
     given = {"key": name, "windowsVirtualKeyCode": code}
