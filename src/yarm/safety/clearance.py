@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -19,6 +19,10 @@ ARRIVED_M = 0.012
 """So near to where it was sent a robot stands: a hand is brought to 1 cm, and its work there belongs to the goal."""
 PASSED_M = 0.1
 """A pose that a robot goes by is behind it once the robot has been so near: it passes corners within 0.04 m."""
+BEYOND_M = 0.5
+"""What is farther than this from the box about a robot's way does not count as near."""
+GROUP_M = 0.3
+"""Points of a robot within cubes of this size are looked at together first."""
 
 
 @dataclass(frozen=True)
@@ -198,19 +202,22 @@ def room_ahead(
         bodies: everything it must not touch.
         limit_m: a body nearer than this on the way, and nearer or deeper inside than now, is being closed in on.
     """
-    if not passed:
+    if not passed or not bodies:
         return Ahead(math.inf, "", False)
     now = placed(points, pose, height_m)
-    ahead = np.stack([placed(points, each.pose, height_m) for each in passed])
+    ahead = _way(points, [each.pose for each in passed], height_m)
+    roughly, at_most_m = _roughly(ahead, bodies)
     result = Ahead(math.inf, "", False)
-    for body in bodies:
-        rooms = [_room(now, ahead, body, limit_m)]
+    for body, at_least_m in zip(bodies, roughly):
+        counts_m = max(limit_m, min(result.distance_m, at_most_m))
+        rooms = [_room(now, ahead, body, at_least_m, limit_m, counts_m)]
         if body.velocity_mps != (0.0, 0.0):
             passed_s = body.age_s + np.array([0.0, *(each.after_s for each in passed)])
             ways = passed_s[:, None] * np.array([[*body.velocity_mps, 0.0]])
-            rooms.append(_room(now - ways[0], ahead - ways[1:, None], body, limit_m))
+            towards = ahead.moved(-ways[1:])
+            rooms.append(_room(now - ways[0], towards, body, _roughly(towards, [body])[0][0], limit_m, counts_m))
         if body.disc is not None:
-            rooms.append(_room_beside(body.disc, body.age_s, now, ahead, passed, limit_m))
+            rooms.append(_room_beside(body.disc, body.age_s, now, ahead.points, passed, limit_m))
         least = min(room for room, _ in rooms)
         if any(closing for _, closing in rooms):
             return Ahead(least, body.name, True)
@@ -219,17 +226,101 @@ def room_ahead(
     return result
 
 
-def _room(now: FloatArray, ahead: FloatArray, body: Body, limit_m: float) -> Tuple[float, bool]:
-    """Least distance of points ahead (m, n, 3), and whether that closes in, from where the points (n, 3) are now."""
-    flat = ahead.reshape(-1, 3)
-    low, high = flat.min(axis=0) - 0.5, flat.max(axis=0) + 0.5
-    least = distance(flat, body, low, high)
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A robot's points at m poses, in groups that lie together.
+
+    Attributes:
+        points: (m, n, 3), metres, world, group after group.
+        sizes: (g,) points of each group.
+        middles: (m, g, 3) of the groups.
+        radii: (g,) about the middles, metres.
+    """
+
+    points: FloatArray
+    sizes: IntArray
+    middles: FloatArray
+    radii: FloatArray
+
+    def moved(self, by: FloatArray) -> _Way:
+        """The same with each pose (m, 3) elsewhere."""
+        return _Way(self.points + by[:, None], self.sizes, self.middles + by[:, None], self.radii)
+
+    def box(self, beyond_m: float) -> Tuple[FloatArray, FloatArray]:
+        """Lower and upper corner about all of it and a margin."""
+        return self.points.min(axis=(0, 1)) - beyond_m, self.points.max(axis=(0, 1)) + beyond_m
+
+    def near(self, at_middles: FloatArray, than_m: float) -> FloatArray:
+        """Points (k, 3) that may be nearest to something, and nearer than a distance, by those (m * g,) of the middles.
+
+        No point is nearer than its group's middle less the radius, and none of all but one farther than the nearest
+        middle and its radius.
+        """
+        least = at_middles.reshape(len(self.points), -1)
+        than_m = min(than_m, float((least + self.radii).min()) + 1e-9)
+        found: FloatArray = self.points[np.repeat(least - self.radii < than_m, self.sizes, axis=1)]
+        return found
+
+
+def _way(points: FloatArray, poses: Sequence[Pose2], height_m: float) -> _Way:
+    """A robot's points (n, 3), in the frame of its end effector, at poses of that."""
+    cubes = np.floor(points / GROUP_M).astype(np.int64)
+    cubes -= cubes.min(axis=0)
+    keys = (cubes[:, 0] * 4096 + cubes[:, 1]) * 4096 + cubes[:, 2]
+    order = np.argsort(keys, kind="stable")
+    ordered, keys = points[order], keys[order]
+    begins = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
+    low, high = np.minimum.reduceat(ordered, begins), np.maximum.reduceat(ordered, begins)
+    radii: FloatArray = 0.5 * _length(high - low)
+    both = np.concatenate([ordered, 0.5 * (low + high)])
+    at = np.stack([placed(both, pose, height_m) for pose in poses])
+    sizes = np.diff(np.concatenate([begins, [len(points)]]))
+    return _Way(at[:, : len(points)], sizes, at[:, len(points) :], radii)
+
+
+def _roughly(way: _Way, bodies: Sequence[Body]) -> Tuple[List[FloatArray], float]:
+    """Of each body, how near each of its solids and then of its boxes comes at least; and how near any comes at most.
+
+    By spheres about what is in the way's groups and about the solids; inf for what the way's box does not reach.
+    """
+    low, high = way.box(BEYOND_M)
+    middles, radii = way.middles.reshape(-1, 1, 3), np.tile(way.radii, len(way.points))[:, None]
+    solids = [solid for body in bodies for solid in body.solids]
+    at_least, at_most_m = np.zeros(0), math.inf
+    if solids:
+        centres, half = np.array([s.pose[:3, 3] for s in solids]), np.array([s.half_extent for s in solids])
+        reach = _length(half)
+        apart = _length(middles - centres)
+        within = np.all((centres + reach[:, None] > low) & (centres - reach[:, None] < high), axis=1)
+        at_least = np.where(within, (apart - radii).min(axis=0) - reach, math.inf)
+        at_most_m = float(np.where(within, (apart + radii).min(axis=0) - half.min(axis=1), math.inf).min())
+    boxes = [np.zeros((0, 6)) if body.boxes is None else body.boxes for body in bodies]
+    every = np.concatenate(boxes)
+    of_boxes = np.zeros(0)
+    if len(every):
+        gaps = _gap(middles, every)
+        within = np.all((every[:, 3:] > low) & (every[:, :3] < high), axis=1)
+        of_boxes = np.where(within, (gaps - radii).min(axis=0), math.inf)
+        at_most_m = min(at_most_m, float(np.where(within, (gaps + radii).min(axis=0), math.inf).min()))
+    ends = np.cumsum([len(body.solids) for body in bodies])[:-1], np.cumsum([len(own) for own in boxes])[:-1]
+    parts = zip(np.split(at_least, ends[0]), np.split(of_boxes, ends[1]))
+    return [np.concatenate(part) for part in parts], at_most_m + 1e-9
+
+
+def _room(
+    now: FloatArray, ahead: _Way, body: Body, at_least_m: FloatArray, limit_m: float, counts_m: float
+) -> Tuple[float, bool]:
+    """Least distance of a way ahead, and whether that closes in, from where the points (n, 3) are now.
+
+    Whatever is farther than ``counts_m``, which is no less than the limit, may come out as inf.
+    """
+    least = _distance_of_way(ahead, body, at_least_m, counts_m)
     if least >= limit_m:
         return least, False
-    before = distance(now, body, low, high)
+    before = distance(now, body, *ahead.box(BEYOND_M))
     if least < before - 1e-3:
         return least, True
-    deeper = before <= 0.0 and max(_inside(points, body) for points in ahead) > _inside(now, body)
+    deeper = before <= 0.0 and max(_inside(points, body) for points in ahead.points) > _inside(now, body)
     return least, deeper
 
 
@@ -270,9 +361,39 @@ def distance(points: FloatArray, body: Body, low: FloatArray, high: FloatArray) 
     if body.boxes is not None and len(body.boxes):
         near = body.boxes[np.all((body.boxes[:, 3:] > low) & (body.boxes[:, :3] < high), axis=1)]
         for box in near:
-            gap = np.maximum(np.maximum(box[:3] - points, points - box[3:]), 0.0)
-            least = min(least, float(np.sqrt((gap * gap).sum(axis=1).min())))
+            least = min(least, float(_gap(points, box).min()))
     return least
+
+
+def _distance_of_way(way: _Way, body: Body, at_least_m: FloatArray, than_m: float) -> float:
+    """The same of a robot's points on a way where it is less than a distance, else inf or anything farther."""
+    least = math.inf
+    for part in np.flatnonzero(at_least_m < than_m):
+        if at_least_m[part] < min(least, than_m):
+            field = _field_of(body, int(part))
+            points = way.near(field(way.middles.reshape(-1, 3)), min(least, than_m))
+            if len(points):
+                least = min(least, float(field(points).min()))
+    return least
+
+
+def _field_of(body: Body, part: int) -> Callable[[FloatArray], FloatArray]:
+    """Distances of points to a solid of a body, or to the box that follows them."""
+    if part < len(body.solids):
+        return lambda points: signed_distance(points, body.solids[part])
+    box: FloatArray = np.zeros(6) if body.boxes is None else body.boxes[part - len(body.solids)]
+    return lambda points: _gap(points, box)
+
+
+def _gap(points: FloatArray, box: FloatArray) -> FloatArray:
+    """Distance of points (..., 3) to boxes (..., 6), 0 inside, metres."""
+    return _length(np.maximum(np.maximum(box[..., :3] - points, points - box[..., 3:]), 0.0))
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    """Of vectors (..., k)."""
+    result: FloatArray = np.sqrt(np.einsum("...k,...k->...", vectors, vectors))
+    return result
 
 
 def column_boxes(spec: GridSpec, cells: IntArray) -> FloatArray:
@@ -296,12 +417,12 @@ def signed_distance(points: FloatArray, solid: Solid) -> FloatArray:
     local = (points - solid.pose[:3, 3]) @ rotation
     half = solid.half_extent
     if solid.shape == Shape.SPHERE:
-        result: FloatArray = np.linalg.norm(local, axis=1) - half[0]
+        result: FloatArray = _length(local) - half[0]
         return result
     if solid.shape == Shape.CYLINDER:
         outside = np.column_stack([np.hypot(local[:, 0], local[:, 1]) - half[0], np.abs(local[:, 2]) - half[2]])
     else:
         outside = np.abs(local) - half
-    beyond: FloatArray = np.linalg.norm(np.maximum(outside, 0.0), axis=1)
+    beyond = _length(np.maximum(outside, 0.0))
     depth: FloatArray = np.minimum(outside.max(axis=1), 0.0)
     return beyond + depth

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, Pose2, SeenPiece
+from yarm.geometry import CarriedPiece, CellMap, GridSpec, MappedObject, Pose2, SeenPiece, transform_matrix
 from yarm.geometry.solids import Shape, Solid, surface_points
 from yarm.safety.clearance import (
     Body,
+    Disc,
     Foresight,
     Motion,
     Passing,
@@ -138,6 +140,55 @@ def test_room_ahead_counts_the_motion_not_the_place():
     along = room_ahead(ROBOT, Pose2(0.9, 0.0), HEIGHT, [Passing(Pose2(0.9, 0.3), 0.1)], [WALL], limit)
     assert not along.closing
     assert along.distance_m == pytest.approx(0.1, abs=0.01)
+
+
+def anything(rng):
+    """Something of turned solids and boxes, somewhere, that may move or be anybody's place."""
+    solids = []
+    for _ in range(rng.integers(0, 6)):
+        turned = rng.normal(size=4)
+        pose = transform_matrix(rng.uniform((-2.5, -2.5, 0.0), (2.5, 2.5, 1.2)), turned / np.linalg.norm(turned))
+        solids.append(Solid(rng.choice(list(Shape)), tuple(rng.uniform(0.05, 0.4, 3)), pose))
+    low = rng.uniform((-2.5, -2.5, 0.0), (2.5, 2.5, 1.2), (rng.integers(0, 20), 3))
+    boxes = np.hstack([low, low + rng.uniform(0.05, 0.2, low.shape)]) if len(low) else None
+    disc = Disc(*rng.uniform(-2.5, 2.5, 2), 0.3, 1.7, 1.0) if rng.random() < 0.2 else None
+    walks = tuple(rng.normal(size=2)) if rng.random() < 0.3 else (0.0, 0.0)
+    return Body("", tuple(solids), boxes, walks, 0.1, disc)
+
+
+def rooms_point_by_point(pose, passed, body):
+    """Least distance ahead and whether it closes in, of a robot whose points are all looked at everywhere."""
+    now, ahead = placed(ROBOT, pose, HEIGHT), [placed(ROBOT, each.pose, HEIGHT) for each in passed]
+    for walks in dict.fromkeys([(0.0, 0.0), body.velocity_mps]):
+        ways = [np.array([*walks, 0.0]) * (body.age_s + after_s) for after_s in (0.0, *(p.after_s for p in passed))]
+        then, on_way = now - ways[0], np.concatenate([points - way for points, way in zip(ahead, ways[1:])])
+        box = on_way.min(axis=0) - 0.5, on_way.max(axis=0) + 0.5
+        yield distance(on_way, body, *box), distance(then, body, *box)
+    if body.disc is not None:
+        discs = [body.disc.distance(points, body.age_s + each.after_s) for points, each in zip(ahead, passed)]
+        yield min(discs), body.disc.distance(now, body.age_s)
+
+
+def test_rooms_are_those_of_all_points():
+    free = 0
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        pose, limit_m = Pose2(*rng.uniform(-2.0, 2.0, 2), rng.uniform(-3.0, 3.0)), rng.choice([0.03, 0.2])
+        passed = coasting(pose, Motion(*rng.normal(0.0, 0.4, 3)), Pose2(*rng.uniform(-2.0, 2.0, 2)), Foresight())
+        bodies = [replace(anything(rng), name=f"body_{i}") for i in range(3)]
+        found = room_ahead(ROBOT, pose, HEIGHT, passed, bodies, limit_m)
+        rooms = {body.name: list(rooms_point_by_point(pose, passed, body)) for body in bodies}
+        least = {name: min(room for room, _ in own) for name, own in rooms.items()}
+        if found.closing:
+            assert least[found.nearest] == pytest.approx(found.distance_m, abs=1e-9), seed
+            assert found.distance_m < limit_m, seed
+        else:
+            free += 1
+            assert found.distance_m == pytest.approx(min(least.values()), abs=1e-9), seed
+            assert found.nearest == min(least, key=least.get) or math.isinf(found.distance_m), seed
+        closing = {name for name, own in rooms.items() if any(r < limit_m and r < was - 1e-3 for r, was in own)}
+        assert found.closing or not closing, seed
+    assert 50 < free < 250
 
 
 def drive(monitor, poses, target, bodies, goal_id="g"):

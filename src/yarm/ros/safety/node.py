@@ -112,6 +112,8 @@ class SafetyMonitor:
         self._robots: Dict[str, RobotWatch] = {}
         self._frames: Dict[str, FloatArray] = {}
         self._stamps_s: Dict[str, float] = {}
+        self._loaded: Optional[CellMap] = None  # the map that the loads are of
+        self._loads: List[Load] = []
         self._commander = CommanderStatus()
         self._looked_s = -1.0
         self._blame = ""
@@ -142,6 +144,7 @@ class SafetyMonitor:
         with self._lock:
             self._entries = {entry.name: entry for entry in message.entries if entry.object != ObjectKind.TARGET}
             self._solids = {name: solids_of(entry) for name, entry in self._entries.items()}
+            self._loaded, self._loads = None, []
             mobile = [name for name, entry in self._entries.items() if entry.object == ObjectKind.MOBILE]
             for name in [name for name in self._robots if name not in mobile]:
                 self._robots.pop(name).close()
@@ -208,7 +211,10 @@ class SafetyMonitor:
 
     def _look(self, now_s: float) -> None:
         cell_map = self._maps.newest()
-        loads = [] if cell_map is None else loads_of(cell_map, self._solids, self._params.spacing_m)
+        if cell_map is not self._loaded:
+            self._loaded = cell_map
+            self._loads = [] if cell_map is None else loads_of(cell_map, self._solids, self._params.spacing_m)
+        loads = self._loads
         looks = ((name, self._see(name, now_s, loads)) for name in self._robots)
         robots = {name: seen for name, seen in looks if seen is not None}
         everything = self._bodies(now_s)
