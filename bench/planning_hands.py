@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple
@@ -28,32 +27,20 @@ from yarm.geometry import BoolArray, GridSpec
 from yarm.planning.fleet.yarm_planner import YarmPlanner
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint, without_robots
-from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, Disc
+from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, HAND_BEAMS, HAND_DISCS
 from yarm.robots.shapes import PieceShape, RobotShape
 
 MAP = Path(__file__).parents[1] / "test" / "data" / "planning" / "loaded_robots_at_a_bin.npz"
 SPEC = GridSpec()
 BARE = RobotShape(ANKURBOT_DISCS, ANKURBOT_BEAMS)
-RAISED_M = 0.08
-CUP = Disc(0.0, 0.0, 0.05, (0.895, 1.0))
+LOADED = RobotShape(HAND_DISCS, HAND_BEAMS).with_load(PieceShape(math.hypot(0.075, 0.03), 0.04))
+"""The robot with a hand and a piece of debris under it."""
 STEPS = 30
-
-
-def with_hand() -> RobotShape:
-    """The robot with its arm raised, a cup, and a piece of debris under it."""
-
-    def raised(z: Tuple[float, float]) -> Tuple[float, float]:
-        return (z[0] + RAISED_M if z[0] > 0.8 else z[0], z[1] + RAISED_M if z[1] > 0.8 else z[1])
-
-    discs = [replace(disc, z=raised(disc.z)) for disc in ANKURBOT_DISCS]
-    beams = [replace(beam, z=raised(beam.z)) for beam in ANKURBOT_BEAMS]
-    return RobotShape((*discs, CUP), tuple(beams)).with_load(PieceShape(math.hypot(0.075, 0.03), 0.04))
-
 
 KINDS: Dict[str, Tuple[RobotShape, Tuple[float, ...]]] = {
     "bare, quarter turns": (BARE, (0.0, 90.0, -90.0)),
-    "loaded hand, quarter turns": (with_hand(), (0.0, 90.0, -90.0)),
-    "loaded hand, eighth turns": (with_hand(), (0.0, 90.0, -90.0, 45.0, -45.0)),
+    "loaded hand, quarter turns": (LOADED, (0.0, 90.0, -90.0)),
+    "loaded hand, eighth turns": (LOADED, (0.0, 90.0, -90.0, 45.0, -45.0)),
 }
 
 Errand = Tuple[Dict[str, Waypoint], Tuple[int, int]]

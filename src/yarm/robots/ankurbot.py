@@ -6,7 +6,7 @@ The cells are for scenes and kinematic worlds, where no camera sees it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import List, Mapping, Optional, Tuple
 
@@ -73,6 +73,23 @@ ANKURBOT_BEAMS: Tuple[Beam, ...] = (
     Beam((-ARM_REACH_M, 0.0), (-0.04, 0.04), (0.85, 0.93)),
 )
 """Mast and arm of the mobile robot."""
+_RAISED_M = HAND_EE_HEIGHT_M - EE_HEIGHT_M
+HAND_DISCS: Tuple[Disc, ...] = (
+    *(
+        replace(disc, z=(disc.z[0] + _RAISED_M, disc.z[1] + _RAISED_M)) if disc.x == 0.0 else disc
+        for disc in ANKURBOT_DISCS
+    ),
+    Disc(0.0, 0.0, 0.05, (HAND_EE_HEIGHT_M - 0.075, HAND_EE_HEIGHT_M - 0.045)),
+    Disc(0.0, 0.0, 0.012, (HAND_EE_HEIGHT_M - 0.045, HAND_EE_HEIGHT_M + 0.05)),
+    Disc(0.0, 0.0, 0.018, (HAND_EE_HEIGHT_M - 0.04, HAND_EE_HEIGHT_M + 0.07)),
+)
+"""Body, wheels, end effector, cup, rod and stage of the mobile robot with a hand that is drawn up."""
+HAND_BEAMS: Tuple[Beam, ...] = (
+    replace(ANKURBOT_BEAMS[0], z=(ANKURBOT_BEAMS[0].z[0], ANKURBOT_BEAMS[0].z[1] + _RAISED_M)),
+    replace(ANKURBOT_BEAMS[1], z=(ANKURBOT_BEAMS[1].z[0] + _RAISED_M, ANKURBOT_BEAMS[1].z[1] + _RAISED_M)),
+    Beam((-0.03, 0.03), (-0.03, 0.03), (HAND_EE_HEIGHT_M - 0.04, HAND_EE_HEIGHT_M + 0.04)),
+)
+"""Its mast, its arm and the slide at the arm's tip."""
 
 
 def drawn_up(robot: str, frame: str) -> Optional[FloatArray]:

@@ -22,11 +22,15 @@ from yarm.robots.ankurbot import (
     CASTERS,
     EE_HEIGHT_M,
     HALF_WHEEL_BASE_M,
+    HAND_BEAMS,
+    HAND_DISCS,
     HAND_EE_HEIGHT_M,
     HAND_LIFTS_KG,
     HAND_STROKE_M,
     LIFT_LINKS,
     WHEEL_RADIUS_M,
+    Beam,
+    Disc,
     drawn_up,
 )
 from yarm.sim.robots.suction import HOLDING_N
@@ -70,10 +74,14 @@ def test_casters_and_wheels(model: UrdfModel) -> None:
         assert wheel.half_extent == pytest.approx([WHEEL_RADIUS_M] * 3)
 
 
-def test_discs_and_beams_hold_every_solid_tightly(model: UrdfModel) -> None:
+@pytest.mark.parametrize(
+    ("hand", "discs", "beams"), [("false", ANKURBOT_DISCS, ANKURBOT_BEAMS), ("true", HAND_DISCS, HAND_BEAMS)]
+)
+def test_discs_and_beams_hold_every_solid_tightly(hand: str, discs: Tuple[Disc, ...], beams: Tuple[Beam, ...]) -> None:
     """In the end effector's frame: no solid sticks out, and together they are as long, wide and high as the robot."""
-    boxes = [((d.x - d.radius, d.x + d.radius), (d.y - d.radius, d.y + d.radius), d.z) for d in ANKURBOT_DISCS]
-    boxes += [(b.x, b.y, b.z) for b in ANKURBOT_BEAMS]
+    model = parse_urdf(expand_xacro(resource("urdf", "cell", "ankurbot.urdf.xacro"), hand=hand))
+    boxes = [((d.x - d.radius, d.x + d.radius), (d.y - d.radius, d.y + d.radius), d.z) for d in discs]
+    boxes += [(b.x, b.y, b.z) for b in beams]
     ours = [np.array(box) for box in boxes]
     seen = []
     for solid in model.solids:

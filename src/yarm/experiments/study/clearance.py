@@ -9,7 +9,7 @@ from typing import Sequence, Tuple
 import numpy as np
 
 from yarm.geometry import FloatArray, Pose2
-from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS
+from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, Beam, Disc
 
 SAMPLE_M = 0.025
 """Spacing of the points on an arm's links, metres; a distance to them is too large by at most its square over 8 R."""
@@ -49,14 +49,20 @@ def box(x: float, y: float, yaw_rad: float, size: Sequence[float], z_low: float)
     return Upright(Pose2(x, y, yaw_rad), (size[0] / 2.0, size[1] / 2.0), 0.0, (z_low, z_low + size[2]))
 
 
-ANKURBOT: Tuple[Upright, ...] = (
-    *(Upright(Pose2(d.x, d.y), (0.0, 0.0), d.radius, d.z) for d in ANKURBOT_DISCS if d.radius > 0.2 or d.x == 0.0),
-    *(
-        Upright(Pose2(sum(b.x) / 2.0, sum(b.y) / 2.0), ((b.x[1] - b.x[0]) / 2.0, (b.y[1] - b.y[0]) / 2.0), 0.0, b.z)
-        for b in ANKURBOT_BEAMS
-    ),
-)
-"""Body, end effector, mast and arm of the mobile robot about its end effector; the wheels are under the body."""
+def uprights(discs: Sequence[Disc], beams: Sequence[Beam]) -> Tuple[Upright, ...]:
+    """A mobile robot about its end effector; without the wheels, which are under the body."""
+    over = [disc for disc in discs if disc.radius > 0.2 or disc.x == 0.0]
+    return (
+        *(Upright(Pose2(disc.x, disc.y), (0.0, 0.0), disc.radius, disc.z) for disc in over),
+        *(
+            Upright(Pose2(sum(b.x) / 2.0, sum(b.y) / 2.0), ((b.x[1] - b.x[0]) / 2.0, (b.y[1] - b.y[0]) / 2.0), 0.0, b.z)
+            for b in beams
+        ),
+    )
+
+
+ANKURBOT = uprights(ANKURBOT_DISCS, ANKURBOT_BEAMS)
+"""Body, end effector, mast and arm of the mobile robot."""
 
 
 def distance(a: Upright, b: Upright) -> float:

@@ -81,6 +81,7 @@ class KinematicRobot:
     path_m: float = 0.0
     blocked: bool = False
     free_pose: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
+    drawn: Tuple[Upright, ...] = ANKURBOT
 
     @property
     def pose(self) -> Pose2:
@@ -90,7 +91,7 @@ class KinematicRobot:
     @property
     def solids(self) -> Tuple[Upright, ...]:
         """Its solids, world."""
-        return tuple(solid.at(self.base.pose) for solid in ANKURBOT)
+        return tuple(solid.at(self.base.pose) for solid in self.drawn)
 
     def send(self, target: Pose2, via: Tuple[Pose2, ...] = ()) -> None:
         """Go to a pose, by others when some are given: turn about the end effector, then translate."""

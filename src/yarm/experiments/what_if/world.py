@@ -46,7 +46,7 @@ from yarm.control.base.model import BaseModel
 from yarm.control.base.params import BaseParams
 from yarm.control.sander.states import SanderState
 from yarm.experiments.study.arm_track import arm_of, folded_points
-from yarm.experiments.study.clearance import Cloud, Upright, box, cloud_of, nearer, points_nearer
+from yarm.experiments.study.clearance import ANKURBOT, Cloud, Upright, box, cloud_of, nearer, points_nearer, uprights
 from yarm.experiments.study.kinematic import FIXTURES, TICK_S, KinematicRobot, solid_cells
 from yarm.experiments.what_if.cell import TUCKED, Cell, Placed
 from yarm.geometry import (
@@ -64,7 +64,15 @@ from yarm.geometry import (
 from yarm.geometry.kinds import ObjectKind
 from yarm.planning.registry import make_planner
 from yarm.robots import bin as bins
-from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, ARM_REACH_M, EE_HEIGHT_M
+from yarm.robots.ankurbot import (
+    ANKURBOT_BEAMS,
+    ANKURBOT_DISCS,
+    ARM_REACH_M,
+    EE_HEIGHT_M,
+    HAND_BEAMS,
+    HAND_DISCS,
+    HAND_EE_HEIGHT_M,
+)
 from yarm.robots.hc10 import PRIVATE_AREA, Station, area_text
 from yarm.robots.shapes import PieceShape, RobotShape
 
@@ -77,12 +85,35 @@ PIECE = PieceShape(0.09, 0.04)
 HAND_S = 2.0
 """Time a hand takes to pick up or let go, s, once the base stands over the place. (In physics
 PICK 2.2 s and DROP 2.5 s with the base's last centimetre: ``run_experiment --case 1m1ma --seed 3 --sync``.)"""
-HELD_BELOW_M, LANDED_M = 0.09, 0.05
-"""How far under the tip a piece hangs, and how high its middle lies in a bin, metres."""
+LANDED_M = 0.05
+"""How high a piece's middle lies in a bin, metres."""
 MET_M = 0.03
 """A hand meets a piece whose middle is so near, metres."""
-SHAPE = RobotShape(ANKURBOT_DISCS, ANKURBOT_BEAMS)
 NO_CELLS: IntArray = np.zeros((0, 3), dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What the mobile robots look like.
+
+    Attributes:
+        shape: for the Commander.
+        solids: about the end effector.
+        height_m: of the end effector over the floor.
+    """
+
+    shape: RobotShape
+    solids: Tuple[Upright, ...]
+    height_m: float
+
+    @property
+    def held_below_m(self) -> float:
+        """How far under the tip the middle of a piece on the hand is, metres."""
+        return self.height_m - self.shape.lowest_at_tip_m + PIECE.height_m / 2.0
+
+
+HANDLESS = Drawing(RobotShape(ANKURBOT_DISCS, ANKURBOT_BEAMS), ANKURBOT, EE_HEIGHT_M)
+WITH_HANDS = Drawing(RobotShape(HAND_DISCS, HAND_BEAMS), uprights(HAND_DISCS, HAND_BEAMS), HAND_EE_HEIGHT_M)
 
 
 @dataclass
@@ -167,7 +198,8 @@ class Fork:
         self.commander = Commander(params, tools)
         self.arms = [ArmAtWork(arm, share) for arm in cell.arms if arm.kind != TUCKED]
         self._folded = {arm.name: cloud_of(_folded(arm)) for arm in cell.arms if arm.kind == TUCKED}
-        self.robots = {robot.name: Mobile(_body(robot)) for robot in cell.robots}
+        self._drawing = WITH_HANDS if params.bins_used else HANDLESS
+        self.robots = {robot.name: Mobile(_body(robot, self._drawing)) for robot in cell.robots}
         self._statics: Dict[str, Tuple[Upright, ...]] = {
             fixture.name: tuple(
                 solid.at(Pose2(fixture.x, fixture.y, fixture.yaw_rad)) for solid in FIXTURES[fixture.kind]
@@ -298,7 +330,7 @@ class Fork:
             return
         first, self._registered = not self._registered, kinds
         pieces = {name: PIECE for name, kind in kinds.items() if kind == ObjectKind.DEBRIS}
-        self._step(RegistryUpdate(kinds, dict.fromkeys(self.robots, SHAPE), pieces))
+        self._step(RegistryUpdate(kinds, dict.fromkeys(self.robots, self._drawing.shape), pieces))
         for name in [*self.robots, *(arm.name for arm in self.arms)] if first else []:
             self._step(ServerUpdate(name, True))
 
@@ -310,9 +342,11 @@ class Fork:
             objects[name] = self._goal(thing, holders.get(name))
         for name, robot in self.robots.items():
             pose = robot.body.pose
-            cells = SHAPE.mask(self._spec, pose.yaw_rad).at(self._spec.column_of((pose.x, pose.y)))
+            cells = self._drawing.shape.mask(self._spec, pose.yaw_rad).at(self._spec.column_of((pose.x, pose.y)))
             inside = cells[self._spec.contains(cells)]
-            objects[name] = _mapped(name, ObjectKind.MOBILE, (pose.x, pose.y, EE_HEIGHT_M), pose.yaw_rad, inside)
+            objects[name] = _mapped(
+                name, ObjectKind.MOBILE, (pose.x, pose.y, self._drawing.height_m), pose.yaw_rad, inside
+            )
         for arm in self.arms:
             x, y, z = arm.tip().tolist()
             cells = arm.cells(self._spec)
@@ -327,8 +361,9 @@ class Fork:
             return _mapped(name, kind, (x, y, z), 0.0, NO_CELLS)
         if holder is not None:
             pose = self.robots[holder].body.pose
-            carried = CarriedPiece(holder, (0.0, 0.0, -HELD_BELOW_M), (0.0, 0.0, 0.0, 1.0))
-            place = (pose.x, pose.y, EE_HEIGHT_M - HELD_BELOW_M)
+            below_m = self._drawing.held_below_m
+            carried = CarriedPiece(holder, (0.0, 0.0, -below_m), (0.0, 0.0, 0.0, 1.0))
+            place = (pose.x, pose.y, self._drawing.height_m - below_m)
             return MappedObject(name, kind, 0, place, (0.0, 0.0, 0.0, 1.0), NO_CELLS, None, carried)
         dx, dy = self._rng.normal(0.0, SEEN_M, 2).tolist()
         spots = [(x + dx + i, y + dy + j, z) for i in (-0.05, 0.0, 0.05) for j in (-0.02, 0.02)]
@@ -414,10 +449,10 @@ def _folded(arm: Placed) -> FloatArray:
     return transform_points(Station(arm.x, arm.y, arm.yaw_rad).pose, folded_points(arm.size))
 
 
-def _body(robot: Placed) -> KinematicRobot:
+def _body(robot: Placed, drawing: Drawing) -> KinematicRobot:
     pose = Pose2(robot.x, robot.y, robot.yaw_rad)
     base = BaseModel(pose=pose, reach_m=ARM_REACH_M)
-    return KinematicRobot(robot.name, BaseController(BaseParams()), base, free_pose=pose)
+    return KinematicRobot(robot.name, BaseController(BaseParams()), base, free_pose=pose, drawn=drawing.solids)
 
 
 def _mapped(name: str, kind: str, place: Tuple[float, float, float], yaw_rad: float, cells: IntArray) -> MappedObject:

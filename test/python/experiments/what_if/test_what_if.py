@@ -86,6 +86,12 @@ def test_answers_stand_side_by_side_with_a_picture(results: List[WhatIfResult], 
     assert plot(results, names, tmp_path / "answer.png", "a test").stat().st_size > 5000
 
 
+def test_a_loaded_hand_passes_over_the_part() -> None:
+    """Robots with hands are higher: without, the load's cells were next to the part's, and nobody could leave it."""
+    result = run_fork(WhatIfSpec(cell_of_case("2m1ma_bin"), "as it is", (), 1))
+    assert result.cleared, result.reasons
+
+
 def test_a_hand_carries_to_the_bin_which_takes_its_time() -> None:
     result = run_fork(WhatIfSpec(cell_of_case("1m1ma_bin"), "as it is", (), 3))
     assert result.cleared, result.reasons

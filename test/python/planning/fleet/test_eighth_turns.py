@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Dict, List, Tuple
@@ -16,7 +15,7 @@ from yarm.planning.fleet.yarm_planner import YarmPlanner
 from yarm.planning.model.params import PlannerParams
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, PlanStatus, Robot, Waypoint, without_robots
 from yarm.planning.verification.checker import check_step
-from yarm.robots.ankurbot import ANKURBOT_BEAMS, ANKURBOT_DISCS, Disc
+from yarm.robots.ankurbot import HAND_BEAMS, HAND_DISCS
 from yarm.robots.shapes import PieceShape, RobotShape
 
 RECORDED = Path(__file__).parents[3] / "data" / "planning" / "loaded_robots_at_a_bin.npz"
@@ -24,17 +23,7 @@ RECORDED = Path(__file__).parents[3] / "data" / "planning" / "loaded_robots_at_a
 SPEC = GridSpec()
 EIGHTHS = PlannerParams(turns_deg=(0.0, 90.0, -90.0, 45.0, -45.0))
 START_DEG = 10.0
-RAISED_M = 0.08
-"""An arm with a hand is so much higher."""
-
-
-def raised(solid):
-    low, high = solid.z
-    return replace(solid, z=(low + RAISED_M if low > 0.8 else low, high + RAISED_M if high > 0.8 else high))
-
-
-CUP = Disc(0.0, 0.0, 0.05, (0.895, 1.0))
-HAND = RobotShape((*map(raised, ANKURBOT_DISCS), CUP), tuple(map(raised, ANKURBOT_BEAMS)))
+HAND = RobotShape(HAND_DISCS, HAND_BEAMS)
 LOADED = HAND.with_load(PieceShape(math.hypot(0.075, 0.03), 0.04))
 
 
