@@ -18,7 +18,7 @@ from yarm.geometry import BoolArray, GridSpec, IntArray, Pose2
 from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
 from yarm.geometry.urdf import expand_xacro, parse_urdf
 from yarm.resources import resource
-from yarm.robots.ankurbot import ARM_REACH_M, ankurbot_mask
+from yarm.robots.ankurbot import ARM_REACH_M, BODY_RADIUS_M, ankurbot_mask
 from yarm.sim.scenes.events import Event
 from yarm.sim.scenes.specs import HALF_CELL_M, FixtureSpec, RobotSpec, ThingSpec
 from yarm.yaml_fields import Fields, SceneError
@@ -30,6 +30,13 @@ CLEAR_CELLS = 3
 BORDER_CELLS = 2
 """And this far from the border of the volume, cells."""
 TRIES = 1000
+INSIDE = np.array(
+    [
+        *((x, 0.0) for x in np.arange(0.0, ARM_REACH_M, 0.05)),
+        *((0.94 * BODY_RADIUS_M * math.cos(a), 0.94 * BODY_RADIUS_M * math.sin(a)) for a in np.arange(0.0, 6.2, 0.3)),
+    ]
+)
+"""Points (n, 2) within a robot's solids, metres, its base's frame: where these have no room, it has none."""
 Found = TypeVar("Found")
 Point = Tuple[float, float]
 Robots = Tuple[RobotSpec, ...]
@@ -131,9 +138,18 @@ def _start(vary: Vary, rng: np.random.Generator, robot: RobotSpec, kept_clear: B
     turn = rng.uniform(-vary.start_rad, vary.start_rad)
     x, y = robot.x + length * math.cos(angle), robot.y + length * math.sin(angle)
     spot = replace(robot, x=x, y=y, heading_rad=robot.heading_rad + turn)
-    columns = start_cells(spot, GridSpec())[:, :2]
-    inside = bool(np.all(columns >= BORDER_CELLS) and np.all(columns < np.subtract(kept_clear.shape, BORDER_CELLS)))
-    return spot if inside and not kept_clear[tuple(columns.T)].any() else None
+    spec = GridSpec()
+    c, s = math.cos(spot.heading_rad), math.sin(spot.heading_rad)
+    some = np.floor((INSIDE @ np.array([[c, s], [-s, c]]) + (x, y) - spec.lower[:2]) / spec.resolution[:2])
+    if not _free(some.astype(np.int64), kept_clear):
+        return None
+    return spot if _free(start_cells(spot, spec)[:, :2], kept_clear) else None
+
+
+def _free(columns: IntArray, kept_clear: BoolArray) -> bool:
+    """Whether columns (n, 2) are well inside the volume and clear."""
+    inside = np.all(columns >= BORDER_CELLS) and np.all(columns < np.subtract(kept_clear.shape, BORDER_CELLS))
+    return bool(inside) and not kept_clear[tuple(columns.T)].any()
 
 
 def _placed(vary: Vary, rng: np.random.Generator, thing: ThingSpec, places: Dict[str, Point]) -> ThingSpec:

@@ -16,7 +16,7 @@ from yarm.robots.ankurbot import ARM_REACH_M, ankurbot_mask
 from yarm.sim.checks.cell_check import check_scene
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene, scene_from, shipped_scenes, with_layout
 from yarm.sim.scenes.specs import RobotSpec, ThingSpec
-from yarm.sim.scenes.variation import CLEAR_CELLS
+from yarm.sim.scenes.variation import CLEAR_CELLS, INSIDE
 
 SPEC = GridSpec()
 SEEDS = range(200)
@@ -99,6 +99,18 @@ def test_every_robot_starts_inside_the_volume_and_clear_of_the_others(name: str)
             cells = np.array(sorted(shape))
             assert np.all(cells >= 2) and np.all(cells < np.subtract(SPEC.shape[:2], 2)), (name, seed)
             assert all(least_gap(shape, other) > CLEAR_CELLS for other in shapes[:i]), (name, seed)
+
+
+def test_points_within_a_robot_are_in_its_cells() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        x, y, heading_rad = rng.uniform((-2.5, -2.5, -math.pi), (2.5, 2.5, math.pi))
+        robot = replace(nominal("1m1ma").robots[0], x=x, y=y, heading_rad=heading_rad)
+        columns = columns_of(robot)
+        pose = Pose2(x, y, heading_rad)
+        for ahead, left in INSIDE:
+            point = pose.compose(Pose2(ahead, left))
+            assert SPEC.column_of((point.x, point.y)) in columns
 
 
 @pytest.mark.parametrize("name", VARIED)
