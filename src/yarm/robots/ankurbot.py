@@ -80,10 +80,9 @@ HAND_DISCS: Tuple[Disc, ...] = (
         for disc in ANKURBOT_DISCS
     ),
     Disc(0.0, 0.0, 0.05, (HAND_EE_HEIGHT_M - 0.075, HAND_EE_HEIGHT_M - 0.045)),
-    Disc(0.0, 0.0, 0.012, (HAND_EE_HEIGHT_M - 0.045, HAND_EE_HEIGHT_M + 0.05)),
-    Disc(0.0, 0.0, 0.018, (HAND_EE_HEIGHT_M - 0.04, HAND_EE_HEIGHT_M + 0.07)),
+    Disc(0.0, 0.0, 0.018, (HAND_EE_HEIGHT_M - 0.045, HAND_EE_HEIGHT_M + 0.07)),
 )
-"""Body, wheels, end effector, cup, rod and stage of the mobile robot with a hand that is drawn up."""
+"""Body, wheels, end effector, cup and telescope of the mobile robot with a hand that is drawn up."""
 HAND_BEAMS: Tuple[Beam, ...] = (
     replace(ANKURBOT_BEAMS[0], z=(ANKURBOT_BEAMS[0].z[0], ANKURBOT_BEAMS[0].z[1] + _RAISED_M)),
     replace(ANKURBOT_BEAMS[1], z=(ANKURBOT_BEAMS[1].z[0] + _RAISED_M, ANKURBOT_BEAMS[1].z[1] + _RAISED_M)),
