@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Tuple
 
 import numpy as np
@@ -51,11 +52,12 @@ class GridSpec:
         if faults:
             raise GridError("grid: " + "; ".join(faults))
 
-    @property
+    @cached_property
     def resolution(self) -> FloatArray:
-        """Size of a cell along x, y, z, metres; shape (3,)."""
+        """Size of a cell along x, y, z, metres; shape (3,), not to be written to."""
         extent: FloatArray = np.subtract(self.upper, self.lower)
         size: FloatArray = extent / np.asarray(self.shape, dtype=float)
+        size.flags.writeable = False
         return size
 
     @property

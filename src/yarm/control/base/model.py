@@ -47,8 +47,9 @@ class BaseModel:
         step = self.braking_mps2 * dt_s
         self._drive += max(-step, min(step, applied.drive_mps - self._drive))
         self._yaw_rate += max(-step / self.reach_m, min(step / self.reach_m, applied.yaw_rate_radps - self._yaw_rate))
-        vx, vy, yaw_rate = self.velocity()
-        self.pose = self._moved(vx * dt_s, vy * dt_s, yaw_rate * dt_s)
+        if self._drive != 0.0 or self._yaw_rate != 0.0:
+            vx, vy, yaw_rate = self.velocity()
+            self.pose = self._moved(vx * dt_s, vy * dt_s, yaw_rate * dt_s)
         self.stamp_s += dt_s
 
     def velocity(self) -> Tuple[float, float, float]:

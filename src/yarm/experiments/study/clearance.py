@@ -157,30 +157,38 @@ def _field(solid: Upright, points: FloatArray) -> FloatArray:
     return field
 
 
-def _corners(solid: Upright) -> FloatArray:
-    c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
-    hx, hy = solid.half
-    local = np.array([(hx, hy), (-hx, hy), (-hx, -hy), (hx, -hy)])
-    corners: FloatArray = local @ np.array([[c, s], [-s, c]]) + (solid.centre.x, solid.centre.y)
-    return corners
-
-
 def _rectangles(a: Upright, b: Upright) -> float:
     """Distance of two turned rectangles in the plane; negative by the least way that parts them."""
-    corners_a, corners_b = _corners(a), _corners(b)
-    depth = -math.inf
-    for yaw in (a.centre.yaw_rad, b.centre.yaw_rad):
-        for axis in ((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))):
-            on_a, on_b = corners_a @ axis, corners_b @ axis
-            depth = max(depth, float(max(on_a.min() - on_b.max(), on_b.min() - on_a.max())))
+    apart_a, corners_b = _seen_from(a, b)
+    apart_b, corners_a = _seen_from(b, a)
+    depth = max(apart_a, apart_b)
     if depth <= 0.0:
         return depth
     return min(_to_rectangle(a, corners_b), _to_rectangle(b, corners_a))
 
 
-def _to_rectangle(solid: Upright, points: FloatArray) -> float:
-    c, s = math.cos(solid.centre.yaw_rad), math.sin(solid.centre.yaw_rad)
-    dx, dy = points[:, 0] - solid.centre.x, points[:, 1] - solid.centre.y
-    qx = np.maximum(np.abs(c * dx + s * dy) - solid.half[0], 0.0)
-    qy = np.maximum(np.abs(-s * dx + c * dy) - solid.half[1], 0.0)
-    return float(np.hypot(qx, qy).min())
+def _seen_from(a: Upright, b: Upright) -> Tuple[float, Tuple[Tuple[float, float], ...]]:
+    """How far a rectangle is from another one along its axes, and its corners in the frame of that.
+
+    In plain numbers: of four corners at a time numpy is ten times slower.
+    """
+    c, s = math.cos(a.centre.yaw_rad), math.sin(a.centre.yaw_rad)
+    dx, dy = b.centre.x - a.centre.x, b.centre.y - a.centre.y
+    x, y = c * dx + s * dy, c * dy - s * dx
+    turn = b.centre.yaw_rad - a.centre.yaw_rad
+    c, s = math.cos(turn), math.sin(turn)
+    ux, uy, vx, vy = b.half[0] * c, b.half[0] * s, -b.half[1] * s, b.half[1] * c
+    apart = max(abs(x) - abs(ux) - abs(vx) - a.half[0], abs(y) - abs(uy) - abs(vy) - a.half[1])
+    corners = (
+        (x + ux + vx, y + uy + vy),
+        (x - ux + vx, y - uy + vy),
+        (x - ux - vx, y - uy - vy),
+        (x + ux - vx, y + uy - vy),
+    )
+    return apart, corners
+
+
+def _to_rectangle(solid: Upright, corners: Tuple[Tuple[float, float], ...]) -> float:
+    """Least distance of points in the frame of a rectangle to it; 0 inside."""
+    hx, hy = solid.half
+    return min(math.hypot(max(abs(x) - hx, 0.0), max(abs(y) - hy, 0.0)) for x, y in corners)

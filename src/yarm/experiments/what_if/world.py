@@ -220,6 +220,7 @@ class Fork:
         self._standing = _counted(self._spec, self._fixed)
         self._events: List[Event] = []
         self._looked: Tuple[Dict[str, Pose2], List[Cloud]] = ({}, [])
+        self._seen: Dict[str, Tuple[Pose2, MappedObject]] = {}
         self._registered: Mapping[str, str] = {}
         self._do_of: Dict[type, Callable[..., None]] = {
             SendGoal: self._take,
@@ -341,12 +342,10 @@ class Fork:
         for name, thing in self._goals.items():
             objects[name] = self._goal(thing, holders.get(name))
         for name, robot in self.robots.items():
-            pose = robot.body.pose
-            cells = self._drawing.shape.mask(self._spec, pose.yaw_rad).at(self._spec.column_of((pose.x, pose.y)))
-            inside = cells[self._spec.contains(cells)]
-            objects[name] = _mapped(
-                name, ObjectKind.MOBILE, (pose.x, pose.y, self._drawing.height_m), pose.yaw_rad, inside
-            )
+            known = self._seen.get(name)
+            if known is None or known[0] != robot.body.pose:
+                known = self._seen[name] = robot.body.pose, self._robot(name, robot.body.pose)
+            objects[name] = known[1]
         for arm in self.arms:
             x, y, z = arm.tip().tolist()
             cells = arm.cells(self._spec)
@@ -354,6 +353,11 @@ class Fork:
         moving = list(objects.values())[len(self._fixed) :]
         grid = self._standing + _counted(self._spec, moving)
         return CellMap(self.now_s, self._spec, np.minimum(grid, 2), objects)
+
+    def _robot(self, name: str, pose: Pose2) -> MappedObject:
+        cells = self._drawing.shape.mask(self._spec, pose.yaw_rad).at(self._spec.column_of((pose.x, pose.y)))
+        inside = cells[self._spec.contains(cells)]
+        return _mapped(name, ObjectKind.MOBILE, (pose.x, pose.y, self._drawing.height_m), pose.yaw_rad, inside)
 
     def _goal(self, thing: Placed, holder: Optional[str]) -> MappedObject:
         name, kind, x, y, z = thing.name, thing.kind, thing.x, thing.y, thing.z
