@@ -80,12 +80,7 @@ def distance(a: Upright, b: Upright) -> float:
     return math.hypot(max(apart, 0.0), apart_z)
 
 
-def fleet_distance(solids: Sequence[Upright], others: Sequence[Upright]) -> float:
-    """Least distance between two groups of upright solids, metres; inf when one is empty."""
-    return min((distance(a, b) for a in solids for b in others), default=math.inf)
-
-
-def nearer(solids: Sequence[Upright], others: Sequence[Upright], than_m: float) -> float:
+def fleet_distance(solids: Sequence[Upright], others: Sequence[Upright], than_m: float = math.inf) -> float:
     """Least distance between two groups of upright solids where it is below ``than_m``, metres; else that."""
     for a in solids:
         x, y, reach = a.centre.x, a.centre.y, a.reach
@@ -111,26 +106,21 @@ class Cloud:
 
 
 def cloud_of(points: FloatArray) -> Cloud:
-    """Points (n, 3), metres, world, n > 0, with the cylinder about their bounding box."""
+    """Points (n, 3), metres, world, with the cylinder about their bounding box; that of none is near to nothing."""
+    if len(points) == 0:
+        return Cloud(points, (0.0, 0.0), -math.inf)
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     x, y = (0.5 * (low + high)).tolist()
     return Cloud(points, (x, y), 0.5 * math.hypot(*(high - low).tolist()))
 
 
-def points_nearer(solids: Sequence[Upright], cloud: Cloud, than_m: float) -> float:
+def points_distance(solids: Sequence[Upright], cloud: Cloud, than_m: float = math.inf) -> float:
     """Least signed distance of a cloud from upright solids where it is below ``than_m``, metres; else that."""
     for solid in solids:
         far = math.hypot(solid.centre.x - cloud.middle[0], solid.centre.y - cloud.middle[1])
         if far - solid.reach - cloud.reach < than_m:
             than_m = min(than_m, float(_field(solid, cloud.points).min()))
     return than_m
-
-
-def points_distance(solids: Sequence[Upright], points: FloatArray) -> float:
-    """Least signed distance of points (n, 3), metres, world, from upright solids; inf without points."""
-    if len(points) == 0:
-        return math.inf
-    return min(float(_field(solid, points).min()) for solid in solids)
 
 
 def flat_distance(solids: Sequence[Upright], x_m: float, y_m: float) -> float:

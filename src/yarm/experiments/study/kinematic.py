@@ -16,7 +16,7 @@ import numpy as np
 from yarm.control.base.controller import BaseController, BaseGoal, Outcome
 from yarm.control.base.model import BaseModel
 from yarm.control.base.params import BaseParams
-from yarm.experiments.study.clearance import ANKURBOT, Upright, box, fleet_distance, points_distance
+from yarm.experiments.study.clearance import ANKURBOT, Cloud, Upright, box, cloud_of, fleet_distance, points_distance
 from yarm.geometry import BoolArray, FloatArray, GridSpec, IntArray, Pose2
 from yarm.geometry.kinds import GOAL_KINDS, ObjectKind
 from yarm.planning.model.types import Goal, GoalKind, PlanRequest, Robot, Waypoint, without_robots
@@ -164,9 +164,9 @@ class KinematicWorld:
         for robot in self.robots.values():
             robot.step(self.now_s)
         if self.check_due:
-            points = np.zeros((0, 3)) if self.arm is None else self.arm.points()
+            arm = cloud_of(np.zeros((0, 3)) if self.arm is None else self.arm.points())
             for robot in self.robots.values():
-                self._check(robot, points)
+                self._check(robot, arm)
 
     @property
     def check_due(self) -> bool:
@@ -199,7 +199,7 @@ class KinematicWorld:
         others = (robot.solids for name, robot in self.robots.items() if name != besides)
         if any(fleet_distance(solids, other) <= TOUCH_M for other in others):
             return False
-        return self.arm is None or points_distance(solids, self.arm.points()) > TOUCH_M
+        return self.arm is None or points_distance(solids, cloud_of(self.arm.points())) > TOUCH_M
 
     def seen(self, robot: KinematicRobot) -> Robot:
         """A robot as the planner is shown it."""
@@ -209,7 +209,7 @@ class KinematicWorld:
         mask = ankurbot_mask(self.spec, pose.yaw_rad, (pose.x - x, pose.y - y))
         return Robot(robot.name, column, pose.yaw_rad, mask, (pose.x, pose.y))
 
-    def _check(self, robot: KinematicRobot, arm_points: FloatArray) -> None:
+    def _check(self, robot: KinematicRobot, arm: Cloud) -> None:
         solids, touches = robot.solids, robot.touches
         blocked = False
         for name, others in self.statics.items():
@@ -219,7 +219,7 @@ class KinematicWorld:
                 touches.stationary |= {name}
                 blocked = blocked or distance < -BLOCK_DEPTH_M
         moving = [(name, fleet_distance(solids, o.solids)) for name, o in self.robots.items() if name != robot.name]
-        moving.append(("hc10_barc", points_distance(solids, arm_points)))
+        moving.append(("hc10_barc", points_distance(solids, arm)))
         for name, distance in moving:
             touches.least_m = min(touches.least_m, distance)
             if distance < TOUCH_M:

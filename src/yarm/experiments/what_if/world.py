@@ -46,7 +46,16 @@ from yarm.control.base.model import BaseModel
 from yarm.control.base.params import BaseParams
 from yarm.control.sander.states import SanderState
 from yarm.experiments.study.arm_track import arm_of, folded_points
-from yarm.experiments.study.clearance import ANKURBOT, Cloud, Upright, box, cloud_of, nearer, points_nearer, uprights
+from yarm.experiments.study.clearance import (
+    ANKURBOT,
+    Cloud,
+    Upright,
+    box,
+    cloud_of,
+    fleet_distance,
+    points_distance,
+    uprights,
+)
 from yarm.experiments.study.kinematic import FIXTURES, TICK_S, KinematicRobot, solid_cells
 from yarm.experiments.what_if.cell import TUCKED, Cell, Placed
 from yarm.geometry import (
@@ -317,9 +326,9 @@ class Fork:
         bodies = {name: robot.body.solids for name, robot in self.robots.items()}
         for name, solids in bodies.items():
             for others in (*self._statics.values(), *(bodies[other] for other in bodies if other > name)):
-                self.least_m = nearer(solids, others, self.least_m)
+                self.least_m = fleet_distance(solids, others, self.least_m)
             for cloud in (*moving, *self._folded.values()):
-                self.least_m = points_nearer(solids, cloud, self.least_m)
+                self.least_m = points_distance(solids, cloud, self.least_m)
 
     # What the Commander is told.
 

@@ -15,6 +15,7 @@ from yarm.experiments.study.clearance import (
     FAR_M,
     Upright,
     box,
+    cloud_of,
     distance,
     flat_distance,
     points_distance,
@@ -51,7 +52,7 @@ def test_distance_agrees_with_dense_points(
 ) -> None:
     a = box(ax, ay, ayaw, (1.2, 0.3, 0.5), 0.0)
     b = box(bx, by, byaw, (0.4, 0.7, 0.4), z)
-    exact, sampled = distance(a, b), points_distance([a], dense_points(b))
+    exact, sampled = distance(a, b), points_distance([a], cloud_of(dense_points(b)))
     if exact > FAR_M:
         assert sampled > FAR_M
     elif exact > 0.0:
@@ -67,8 +68,8 @@ def test_distances_by_hand() -> None:
     assert distance(disc.at(Pose2(-1.3, 0.0)), table) == pytest.approx(-0.1)
     beam = box(0.0, 0.0, 0.3, (1.3, 0.08, 0.08), 0.85)
     assert distance(beam, table) == pytest.approx(0.15)
-    assert points_distance([disc], np.array([[2.0, 0.5, 0.3], [5.0, 5.0, 5.0]])) == pytest.approx(0.15)
-    assert points_distance([disc], np.zeros((0, 3))) == math.inf
+    assert points_distance([disc], cloud_of(np.array([[2.0, 0.5, 0.3], [5.0, 5.0, 5.0]]))) == pytest.approx(0.15)
+    assert points_distance([disc], cloud_of(np.zeros((0, 3)))) == math.inf
     assert flat_distance([disc, table], 2.0, 0.5) == pytest.approx(0.15)
     assert flat_distance([table], 0.0, 0.0) == pytest.approx(-0.45)
 
