@@ -43,6 +43,7 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
         [PYTHON, "bench/planning.py", "report"],
     ],
     "why": [[PYTHON, "bench/why.py"]],
+    "safety_monitor": [[PYTHON, "bench/safety_monitor.py"], [PYTHON, "bench/safety_monitor.py", "--case", "3m6_bin"]],
     "joint_search": [
         [PYTHON, "bench/joint_search.py", "run"],
         [PYTHON, "bench/joint_search.py", "run", "--crowded", "--count", "10", "--planners", "yarm"],

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Callable, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -70,6 +71,13 @@ class Body:
     velocity_mps: Tuple[float, float] = (0.0, 0.0)
     age_s: float = 0.0
     disc: Optional[Disc] = None
+
+    @cached_property
+    def extents(self) -> Tuple[FloatArray, FloatArray]:
+        """Centres (n, 3) of its solids, metres, world, and half their sizes (n, 3) along their own axes."""
+        if not self.solids:
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        return np.array([s.pose[:3, 3] for s in self.solids]), np.array([s.half_extent for s in self.solids])
 
 
 @dataclass(frozen=True)
@@ -273,7 +281,7 @@ def _way(points: FloatArray, poses: Sequence[Pose2], height_m: float) -> _Way:
     low, high = np.minimum.reduceat(ordered, begins), np.maximum.reduceat(ordered, begins)
     radii: FloatArray = 0.5 * _length(high - low)
     both = np.concatenate([ordered, 0.5 * (low + high)])
-    at = np.stack([placed(both, pose, height_m) for pose in poses])
+    at = _placed(both, poses, height_m)
     sizes = np.diff(np.concatenate([begins, [len(points)]]))
     return _Way(at[:, : len(points)], sizes, at[:, len(points) :], radii)
 
@@ -285,26 +293,26 @@ def _roughly(way: _Way, bodies: Sequence[Body]) -> Tuple[List[FloatArray], float
     """
     low, high = way.box(BEYOND_M)
     middles, radii = way.middles.reshape(-1, 1, 3), np.tile(way.radii, len(way.points))[:, None]
-    solids = [solid for body in bodies for solid in body.solids]
-    at_least, at_most_m = np.zeros(0), math.inf
-    if solids:
-        centres, half = np.array([s.pose[:3, 3] for s in solids]), np.array([s.half_extent for s in solids])
+    found, at_most_m = [], math.inf
+    for body in bodies:
+        centres, half = body.extents
         reach = _length(half)
-        apart = _length(middles - centres)
         within = np.all((centres + reach[:, None] > low) & (centres - reach[:, None] < high), axis=1)
-        at_least = np.where(within, (apart - radii).min(axis=0) - reach, math.inf)
-        at_most_m = float(np.where(within, (apart + radii).min(axis=0) - half.min(axis=1), math.inf).min())
-    boxes = [np.zeros((0, 6)) if body.boxes is None else body.boxes for body in bodies]
-    every = np.concatenate(boxes)
-    of_boxes = np.zeros(0)
-    if len(every):
-        gaps = _gap(middles, every)
-        within = np.all((every[:, 3:] > low) & (every[:, :3] < high), axis=1)
-        of_boxes = np.where(within, (gaps - radii).min(axis=0), math.inf)
-        at_most_m = min(at_most_m, float(np.where(within, (gaps + radii).min(axis=0), math.inf).min()))
-    ends = np.cumsum([len(body.solids) for body in bodies])[:-1], np.cumsum([len(own) for own in boxes])[:-1]
-    parts = zip(np.split(at_least, ends[0]), np.split(of_boxes, ends[1]))
-    return [np.concatenate(part) for part in parts], at_most_m + 1e-9
+        at_least = np.full(len(within), math.inf)
+        if within.any():
+            apart = _length(middles - centres[within])
+            at_least[within] = (apart - radii).min(axis=0) - reach[within]
+            at_most_m = min(at_most_m, float(((apart + radii).min(axis=0) - half[within].min(axis=1)).min()))
+        if body.boxes is not None and len(body.boxes):
+            within = np.all((body.boxes[:, 3:] > low) & (body.boxes[:, :3] < high), axis=1)
+            of_boxes = np.full(len(within), math.inf)
+            if within.any():
+                gaps = _gap(middles, body.boxes[within])
+                of_boxes[within] = (gaps - radii).min(axis=0)
+                at_most_m = min(at_most_m, float((gaps + radii).min()))
+            at_least = np.concatenate([at_least, of_boxes])
+        found.append(at_least)
+    return found, at_most_m + 1e-9
 
 
 def _room(
@@ -345,10 +353,19 @@ def _inside(points: FloatArray, body: Body) -> int:
 
 def placed(points: FloatArray, pose: Pose2, height_m: float) -> FloatArray:
     """Points (n, 3) of a robot in the world, its end effector at a pose and height, metres."""
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    x = pose.x + c * points[:, 0] - s * points[:, 1]
-    y = pose.y + s * points[:, 0] + c * points[:, 1]
-    return np.column_stack([x, y, points[:, 2] + height_m])
+    at: FloatArray = _placed(points, [pose], height_m)[0]
+    return at
+
+
+def _placed(points: FloatArray, poses: Sequence[Pose2], height_m: float) -> FloatArray:
+    """The same (m, n, 3) at m poses."""
+    x, y, yaw = (column[:, None] for column in np.array([(p.x, p.y, p.yaw_rad) for p in poses]).T)
+    c, s = np.cos(yaw), np.sin(yaw)
+    at = np.empty((len(poses), len(points), 3))
+    at[..., 0] = x + c * points[:, 0] - s * points[:, 1]
+    at[..., 1] = y + s * points[:, 0] + c * points[:, 1]
+    at[..., 2] = points[:, 2] + height_m
+    return at
 
 
 def distance(points: FloatArray, body: Body, low: FloatArray, high: FloatArray) -> float:
