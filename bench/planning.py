@@ -92,10 +92,14 @@ class RequestOnly(OneByOnePlanner):
         return {}, 0
 
 
-def new_planner(name: str, particle_count: int = 333, limit_s: float = FIRST_LIMIT_S) -> FleetPlanner:
-    """A planner by its name in the tables; the word after an OMPL name says when it stops."""
+def new_planner(name: str, particle_count: int = 0, limit_s: float = FIRST_LIMIT_S) -> FleetPlanner:
+    """A planner by its name in the tables; the word after an OMPL name says when it stops.
+
+    With a number of particles YARM begins with them all; without, with as many as it does by itself.
+    """
     base, _, mode = name.partition(" ")
-    params = PlannerParams(particles=particle_count)
+    given = {"particles": particle_count, "particles_first": particle_count} if particle_count else {}
+    params = PlannerParams(**given)
     if base == "request":
         return RequestOnly(params)
     if base == "ompl_joint_rrtconnect":
@@ -168,7 +172,7 @@ class CpuTimed:
         return replace(plan, planning_ms=1e3 * (time.process_time() - began))
 
 
-def stepped(instance: Instance, name: str, brute: bool = True, particle_count: int = 333) -> Record:
+def stepped(instance: Instance, name: str, brute: bool = True, particle_count: int = 0) -> Record:
     """Step an instance to the end; what the checker refused and what brute force found in the steps made."""
     found: List[str] = []
     searched: List[bool] = []

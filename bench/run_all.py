@@ -42,6 +42,7 @@ BENCHMARKS: Dict[str, List[List[str]]] = {
         [PYTHON, "bench/planning.py", "growth"],
         [PYTHON, "bench/planning.py", "report"],
     ],
+    "clutter": [[PYTHON, "bench/clutter.py"]],
     "why": [[PYTHON, "bench/why.py"]],
     "safety_monitor": [[PYTHON, "bench/safety_monitor.py"], [PYTHON, "bench/safety_monitor.py", "--case", "3m6_bin"]],
     "joint_search": [

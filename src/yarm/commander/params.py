@@ -55,7 +55,7 @@ class CommanderParams:
         choices=PLANNER_NAMES,
         form="module:Class",
     )
-    particles: int = param(PlannerParams.particles, "", "particles of the planner, at least", low=3, high=20000)
+    particles: int = param(PlannerParams.particles, "", "particles of a search at most", low=3, high=20000)
     turns_deg: Tuple[float, ...] = param(
         PlannerParams.turns_deg, "deg", "turns about the end effector that robots may make", -180.0, 180.0
     )

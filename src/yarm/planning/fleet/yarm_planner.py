@@ -104,13 +104,14 @@ class YarmPlanner:
         elapsed = 1e3 * (time.perf_counter() - began)
         shares = {name: dataclasses.replace(p, planning_ms=elapsed / len(plans)) for name, p in plans.items()}
         ordered = () if request.under_way is None else planned_moves(choice, fleet, [r.name for r in problem.robots])
-        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap, ordered)
+        return FleetPlan(status, reason, shares, rounds, elapsed, roadmap, ordered, roadmap.used)
 
     def _roadmap(self, problem: PlanningProblem, rng: np.random.Generator) -> Roadmap:
         gx, gy, _ = problem.request.spec.shape
         if self._offset is None:
             self._offset = int(rng.integers(OFFSETS))
-        base = even_roadmap((gx, gy), self.params.particles, self._offset, self.params.narrow_factor)
+        params = self.params
+        base = even_roadmap((gx, gy), params.particles_first, self._offset, params.narrow_factor, params.particles)
 
         def narrow(columns: IntArray) -> BoolArray:
             layout, column_set = problem.layout, 0

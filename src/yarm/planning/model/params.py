@@ -13,7 +13,14 @@ from yarm.robots.turns import QUARTER_TURNS_DEG
 class PlannerParams:
     """What can be chosen about YARM (both variants), and about the travel distances that the task queue assigns by."""
 
-    particles: int = param(333, "", "number of particles; in narrow places up to narrow_factor times denser", 1, 100000)
+    particles: int = param(333, "", "particles of a search at most; of `original` always so many", 1, 100000)
+    particles_first: int = param(
+        83,
+        "",
+        "of these the ones that a search begins with; in narrow places up to narrow_factor times denser",
+        1,
+        100000,
+    )
     narrow_factor: float = param(3.0, "", "density of particles in narrow places over that in the open", 1.0, 20.0)
     iteration_limit: int = param(500, "", "rounds of the fleet's search, over a few steps, until TIMEOUT", 1, 1000000)
     turns_deg: Tuple[float, ...] = param(

@@ -259,6 +259,7 @@ class FleetPlan:
         planning_ms: wall time of the whole step, ms.
         graph: what was searched on, for display.
         moves: the joint plan in its order, when ``PlanRequest.under_way`` asks for it and the planner has one.
+        particles: how many its searches needed, the most that one added counted; 0 where none needed any.
     """
 
     status: PlanStatus
@@ -268,6 +269,7 @@ class FleetPlan:
     planning_ms: float = 0.0
     graph: Graph = field(default_factory=GivenGraph)
     moves: Tuple[PlannedMove, ...] = ()
+    particles: int = 0
 
 
 class FleetPlanner(Protocol):

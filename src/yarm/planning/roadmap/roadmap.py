@@ -66,12 +66,22 @@ class Roadmap:
     """Particles and their graph, made when a search first needs it.
 
     The particles are triangulated. Further columns may be added to them where a map asks for it (``denser``); those are
-    joined with their nearest instead, so that all tables stay the same from step to step while the map changes.
+    joined with their nearest instead, so that all tables stay the same from step to step while the map changes. A
+    search that these do not lead to its goal may add some of its own (``admits``), which end with it.
     """
 
-    def __init__(self, tables: Tables, choose: Optional[Callable[[IntArray], BoolArray]] = None) -> None:
-        """A roadmap over tables; see ``denser`` for ``choose``, without which no further column is in use."""
-        self._tables, self._choose = tables, choose
+    def __init__(
+        self, tables: Tables, choose: Optional[Callable[[IntArray], BoolArray]] = None, ceiling: Optional[int] = None
+    ) -> None:
+        """A roadmap over tables.
+
+        Args:
+            tables: of all its columns.
+            choose: see ``denser``; without it no further column is in use.
+            ceiling: most columns that a search may use, those it adds counted; None: any number.
+        """
+        self._tables, self._choose, self._ceiling = tables, choose, ceiling
+        self._added = 0
 
     @staticmethod
     def of(particles: IntArray, further: Optional[IntArray] = None) -> Roadmap:
@@ -84,7 +94,19 @@ class Roadmap:
         Args:
             choose: gives for columns (m, 2) which (m,) are wanted; asked when a search first needs them.
         """
-        return Roadmap(self._tables, choose)
+        return Roadmap(self._tables, choose, self._ceiling)
+
+    def admits(self, count: int) -> bool:
+        """Whether a search may add so many columns to those in use; if so they count as used."""
+        if self._ceiling is not None and int(self._used.sum()) + count > self._ceiling:
+            return False
+        self._added = max(self._added, count)
+        return True
+
+    @property
+    def used(self) -> int:
+        """How many columns the searches needed so far: those in use and the most that one added; 0 without a search."""
+        return int(self._used.sum()) + self._added if "_used" in self.__dict__ else 0
 
     @cached_property
     def _used(self) -> BoolArray:
@@ -142,7 +164,9 @@ class Roadmap:
 
 
 @lru_cache(maxsize=32)
-def even_roadmap(shape: Tuple[int, int], count: int, offset: int, factor: float = 1.0) -> Roadmap:
+def even_roadmap(
+    shape: Tuple[int, int], count: int, offset: int, factor: float = 1.0, ceiling: Optional[int] = None
+) -> Roadmap:
     """The roadmap over the first columns of an even order of all columns of a grid, kept.
 
     Args:
@@ -150,10 +174,13 @@ def even_roadmap(shape: Tuple[int, int], count: int, offset: int, factor: float 
         count: number of particles; no more than there are columns.
         offset: one of ``OFFSETS`` equally even sets.
         factor: how many times ``count`` columns there are with the further ones.
+        ceiling: most columns that a search may use, and that there are; None: any number.
     """
+    most = math.inf if ceiling is None else ceiling
+    first = int(min(count, most))
 
     def make() -> Tuple[IntArray, IntArray]:
         order = moved_order(cell_order(shape), shape, offset)
-        return order[:count], order[count : math.ceil(min(count, len(order)) * factor)]
+        return order[:first], order[first : int(min(math.ceil(min(first, len(order)) * factor), most))]
 
-    return Roadmap(Tables(make))
+    return Roadmap(Tables(make), None, ceiling)

@@ -410,7 +410,8 @@ class _Flood:
 def find_path(view: View, roadmap: Roadmap, start: Pose, target: Target) -> Optional[Path]:
     """A short way to a target: straight, else over the particles, else with particles added where these do not reach.
 
-    The particles added are the corners of a way found through every cell, so None means that there is no way at all.
+    The particles added are the corners of a way found through every cell, so None means that there is no way at all;
+    where the roadmap does not admit so many, it is that way.
     """
     headings = range(len(view.space.headings)) if target.heading is None else (target.heading,)
     if not any(view.stands((*target.column, h)) for h in headings):
@@ -435,7 +436,7 @@ def _path_through_cells(view: View, roadmap: Roadmap, start: Pose, target: Targe
         if (x, y) not in seen:
             seen.add((x, y))
             corners.append((x, y))
-    found = search(view, roadmap, start, target, corners)
+    found = search(view, roadmap, start, target, corners) if roadmap.admits(len(corners)) else None
     return way if found is None or path_cost(view, found) > path_cost(view, way) else found
 
 

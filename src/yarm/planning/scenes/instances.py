@@ -66,6 +66,21 @@ def make_instance(family: str, seed: int, robots: int = 0, grid: Optional[GridSp
     raise RuntimeError(f"no {family} instance with {robots} robots found for seed {seed} in {TRIES} tries")
 
 
+def make_cluttered(boxes: int, seed: int, robots: int = 3) -> Instance:
+    """Robots among so many boxes of any size on the missions' grid, every one on a walk away from its goal.
+
+    Raises:
+        RuntimeError: no instance found for this seed (more boxes than leave room).
+    """
+    for attempt in range(TRIES):
+        rng = np.random.default_rng([seed, boxes, attempt])
+        placed = _random_boxes(rng, boxes, CELL_GRID)
+        scene = _backwards(rng, robots, placed, CELL_GRID, np.ones(CELL_GRID.shape[:2], dtype=bool))
+        if scene is not None:
+            return Instance("cluttered", seed, replace(scene, name=f"cluttered_{boxes}_{seed}"))
+    raise RuntimeError(f"no instance of {robots} robots among {boxes} boxes found for seed {seed} in {TRIES} tries")
+
+
 class Fleet:
     """Robots of one shape in one map, and which places are free for each of them."""
 

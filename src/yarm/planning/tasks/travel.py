@@ -29,7 +29,7 @@ class Travel:
     def __init__(self, request: PlanRequest, params: PlannerParams) -> None:
         """Map, robots and goals of a request; its assignments are not read."""
         self._request = request
-        self._particles = params.particles
+        self._particles, self._most = params.particles_first, params.particles
         self._turns = turns_of(params.turns_deg, params.turn_deg_per_cell)
         self._cache = ShapeCache()
         self._robots = {robot.name: robot for robot in request.robots}
@@ -77,7 +77,7 @@ class Travel:
         fault = fault or check.goal_fault(self._robots[robot], request)
         if fault or problem is None:
             return math.inf, fault if isinstance(fault, str) else (fault[1] if fault else f"{robot} is not there")
-        roadmap = even_roadmap((request.spec.shape[0], request.spec.shape[1]), self._particles, 0)
+        roadmap = even_roadmap((request.spec.shape[0], request.spec.shape[1]), self._particles, 0, 1.0, self._most)
         fleet = Fleet(problem.spaces, problem.targets, roadmap)
         path = fleet.alone(0)
         if path is None:

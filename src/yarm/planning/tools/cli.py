@@ -80,7 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("scene", type=Path, help="planning scene, YAML")
     planners = f"{', '.join(PLANNER_NAMES)}, or module:Class of your own; default: %(default)s"
     parser.add_argument("--planner", default="yarm", help=planners)
-    parser.add_argument("--particles", help=f"number of particles; default: {PlannerParams.particles}")
+    parser.add_argument("--particles", help=f"particles of a search at most; default: {PlannerParams.particles}")
     parser.add_argument(
         "--threshold",
         help="in place of --particles: the threshold t of the publication (5): gx gy gz / (30 t) particles",
@@ -171,7 +171,7 @@ def _answers(circumstances: Circumstances, unserved: Mapping[str, str]) -> Dict[
 
 def _report(scene: PlanScene, plan: Optional[FleetPlan]) -> Dict[str, Any]:
     if plan is None:
-        return {"status": PlanStatus.SOLVED.value, "reason": "", "robots": {}, "planning_ms": 0.0}
+        return {"status": PlanStatus.SOLVED.value, "reason": "", "robots": {}, "planning_ms": 0.0, "particles": 0}
     robots: Dict[str, Any] = {}
     for name, entry in plan.robots.items():
         robots[name] = {
@@ -185,7 +185,7 @@ def _report(scene: PlanScene, plan: Optional[FleetPlan]) -> Dict[str, Any]:
             "planning_ms": round(entry.planning_ms, 3),
         }
     status = {"status": plan.status.value, "reason": plan.reason, "scene": scene.name}
-    return {**status, "robots": robots, "planning_ms": round(plan.planning_ms, 3)}
+    return {**status, "robots": robots, "planning_ms": round(plan.planning_ms, 3), "particles": plan.particles}
 
 
 def _run_report(run: SteppedRun) -> Dict[str, Any]:
@@ -219,7 +219,16 @@ def _text(report: Dict[str, Any]) -> str:
         cells = " ".join(f"({w['cell'][0]}, {w['cell'][1]}) {w['yaw_deg']:g} deg" for w in entry["path"])
         lines.append(f"  {name} -> {entry['goal'] or 'aside'}: {entry['status']} {entry['reason']}{cells}")
     numbers: List[str] = []
-    for key in ("planning_ms", "steps", "sum_of_costs", "makespan", "min_clearance_cells", "replans", "refused_steps"):
+    for key in (
+        "planning_ms",
+        "particles",
+        "steps",
+        "sum_of_costs",
+        "makespan",
+        "min_clearance_cells",
+        "replans",
+        "refused_steps",
+    ):
         if key in report:
             numbers.append(f"{key} {report[key]}")
     for key in ("ms_p50", "ms_p99"):

@@ -66,6 +66,9 @@ def test_narrow_places_get_more_particles() -> None:
     assert narrow[added[:, 0], added[:, 1]].all()
     assert len(added) > int(narrow[first[:, 0], first[:, 1]].sum())
     assert len(np.unique(roadmap.particles, axis=0)) == len(roadmap.particles)
+    bounded = even_roadmap(SHAPE, 333, 0, 3.0, 400).denser(lambda columns: np.ones(len(columns), dtype=bool))
+    assert bounded.nearest((25, 22), 1)
+    assert bounded.used == len(bounded.particles) == 400
 
 
 def test_the_threshold_of_the_original() -> None:

@@ -16,7 +16,7 @@ from yarm.geometry import GridSpec, Mask
 from yarm.planning.cspace.robot_space import ShapeCache, View
 from yarm.planning.fleet.problem import PlanningProblem, turns_of
 from yarm.planning.roadmap.particles import cell_order
-from yarm.planning.roadmap.roadmap import Roadmap
+from yarm.planning.roadmap.roadmap import Roadmap, even_roadmap
 from yarm.planning.roadmap.search import (
     Path,
     Target,
@@ -152,6 +152,20 @@ def test_few_particles_are_enough(count: int) -> None:
     roadmap = Roadmap.of(cell_order((30, 24))[:count].astype(np.int64))
     view = view_of(block(1, 1), walls(SPEC, [(14, 16, 0, 20)]), (4, 4))
     assert_checked(view, find_path(view, roadmap, (4, 4, 0), Target((26, 4))), (4, 4, 0), (26, 4))
+
+
+@pytest.mark.parametrize(("ceiling", "added"), [(None, True), (20, True), (12, False)])
+def test_no_search_uses_more_particles_than_the_ceiling_and_none_fails_for_it(
+    ceiling: Optional[int], added: bool
+) -> None:
+    gap = next(y for y in range(3, 20) if not any(12 <= x <= 18 and p == y for x, p in ROADMAP.columns))
+    view = view_of(block(1, 1), walls(SPEC, [(14, 17, 0, gap - 1), (14, 17, gap + 2, 24)]), (4, 4))
+    roadmap = even_roadmap((30, 24), 12, 0, 1.0, ceiling)
+    assert find_path(view, roadmap, (4, 4, 0), Target((10, 4))) is not None
+    assert roadmap.used == 0, "a straight way needs none"
+    assert_checked(view, find_path(view, roadmap, (4, 4, 0), Target((26, 20))), (4, 4, 0), (26, 20))
+    assert (roadmap.used > 12) is added
+    assert roadmap.used <= (ceiling or math.inf)
 
 
 def test_added_particles_extend_the_graph_and_leave_the_triangulation_alone() -> None:

@@ -30,6 +30,7 @@ def test_solved_scene_as_json():
     assert (code, err, report["status"]) == (0, "", "SOLVED")
     entry = report["robots"]["ankurbot_1"]
     assert entry["path"][-1]["cell"] == [23, 23] and entry["path"][0] == {"cell": [29, 45], "yaw_deg": 180.0}
+    assert report["particles"] == 0, "the way is straight"
     assert entry["length_cells"] > 20.0 and entry["planning_ms"] > 0.0 and entry["goal"] == "goals[0]"
 
 
