@@ -74,13 +74,14 @@ ANKURBOT_BEAMS: Tuple[Beam, ...] = (
 )
 """Mast and arm of the mobile robot."""
 _RAISED_M = HAND_EE_HEIGHT_M - EE_HEIGHT_M
+_FACE_M = HAND_EE_HEIGHT_M + LIFT_LINKS["hand"]
 HAND_DISCS: Tuple[Disc, ...] = (
     *(
         replace(disc, z=(disc.z[0] + _RAISED_M, disc.z[1] + _RAISED_M)) if disc.x == 0.0 else disc
         for disc in ANKURBOT_DISCS
     ),
-    Disc(0.0, 0.0, 0.05, (HAND_EE_HEIGHT_M - 0.075, HAND_EE_HEIGHT_M - 0.045)),
-    Disc(0.0, 0.0, 0.018, (HAND_EE_HEIGHT_M - 0.045, HAND_EE_HEIGHT_M + 0.07)),
+    Disc(0.0, 0.0, 0.05, (_FACE_M, _FACE_M + 0.03)),
+    Disc(0.0, 0.0, 0.018, (_FACE_M + 0.03, HAND_EE_HEIGHT_M + 0.07)),
 )
 """Body, wheels, end effector, cup and telescope of the mobile robot with a hand that is drawn up."""
 HAND_BEAMS: Tuple[Beam, ...] = (
