@@ -398,7 +398,8 @@ def _field_of(body: Body, part: int) -> Callable[[FloatArray], FloatArray]:
     """Distances of points to a solid of a body, or to the box that follows them."""
     if part < len(body.solids):
         return lambda points: signed_distance(points, body.solids[part])
-    box: FloatArray = np.zeros(6) if body.boxes is None else body.boxes[part - len(body.solids)]
+    assert body.boxes is not None
+    box = body.boxes[part - len(body.solids)]
     return lambda points: _gap(points, box)
 
 
