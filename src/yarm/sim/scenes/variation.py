@@ -125,20 +125,21 @@ def _starts(vary: Vary, rng: np.random.Generator, fixtures: Sequence[FixtureSpec
     kept_clear = wider(fixture_columns(tuple(fixtures), spec))
     placed: List[RobotSpec] = []
     for robot in robots:
-        placed.append(_first(partial(_start, vary, rng, robot, kept_clear), f"a start for {robot.name}"))
+        placed.append(_first(partial(_start, vary, rng, robot, kept_clear, spec), f"a start for {robot.name}"))
         own = np.zeros(spec.shape[:2], dtype=bool)
         own[tuple(start_cells(placed[-1], spec)[:, :2].T)] = True
         kept_clear = kept_clear | wider(own)
     return tuple(placed)
 
 
-def _start(vary: Vary, rng: np.random.Generator, robot: RobotSpec, kept_clear: BoolArray) -> Optional[RobotSpec]:
+def _start(
+    vary: Vary, rng: np.random.Generator, robot: RobotSpec, kept_clear: BoolArray, spec: GridSpec
+) -> Optional[RobotSpec]:
     """A start within the ranges; None when it is outside the volume or near something."""
     length, angle = vary.start_m * math.sqrt(rng.uniform()), rng.uniform(-math.pi, math.pi)
     turn = rng.uniform(-vary.start_rad, vary.start_rad)
     x, y = robot.x + length * math.cos(angle), robot.y + length * math.sin(angle)
     spot = replace(robot, x=x, y=y, heading_rad=robot.heading_rad + turn)
-    spec = GridSpec()
     c, s = math.cos(spot.heading_rad), math.sin(spot.heading_rad)
     some = np.floor((INSIDE @ np.array([[c, s], [-s, c]]) + (x, y) - spec.lower[:2]) / spec.resolution[:2])
     if not _free(some.astype(np.int64), kept_clear):
