@@ -13,6 +13,7 @@ add_library(yarm_perception
   src/perception/cell_views.cpp
   src/perception/crop_kernel.cpp
   src/perception/depth_view.cpp
+  src/perception/depth_windows.cpp
   src/perception/euclidean.cpp
   src/perception/footprint.cpp
   src/perception/fused_backend.cpp

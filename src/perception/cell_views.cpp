@@ -1,191 +1,149 @@
 #include "cell_views.hpp"
 
-#include "lanes_avx2.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstring>
+#include <optional>
+#include <type_traits>
 
 namespace yarm::perception {
 
 namespace {
 
-constexpr int kBlock = 4;              // cells along an edge of a block
+constexpr int kHall = 8;               // cells along an edge of eight blocks
+constexpr int kBlock = 4;              // of a block
 constexpr int kPart = 2;               // and of a part of one
 constexpr float kNearest = 0.05F;      // what comes nearer to the camera's plane than this is not in its image, metres
 constexpr float kPixelSlack = 0.01F;   // of rounding, pixels
 constexpr float kDepthSlack = 0.001F;  // of rounding, metres
-constexpr float kFar = std::numeric_limits<float>::infinity();
-
-using View = CellViews::View;
-using Group = CellViews::Group;
 
 enum class Verdict { kThrough, kBehind, kUnread, kMixed };
 
-bool isNone(const View& view) {
-  return view.right < view.left;
-}
-
-/// Whether any pixel of a group has a clear depth that is less than its deepest, as much as its shallowest, none, some.
-struct Depths {
-  bool nearer, beyond, unread, read;
-};
-
-/// What holds for every cell of a group.
-Verdict ofAll(const Depths& any) {
-  if (!any.nearer) {
+/// What holds for every cell of the k-th of eight groups.
+Verdict verdictOn(const EightFound& found, const EightBoxes& groups, unsigned k) {
+  const auto is = [k](unsigned bits) { return (bits >> k & 1U) != 0; };
+  if (!is(groups.taken)) {
+    return Verdict::kMixed;
+  }
+  if (is(found.missing)) {
+    return is(found.read) ? Verdict::kMixed : Verdict::kUnread;
+  }
+  if (!is(found.before)) {
     return Verdict::kThrough;
   }
-  if (!any.unread && !any.beyond) {
-    return Verdict::kBehind;
+  return is(found.beyond) ? Verdict::kMixed : Verdict::kBehind;
+}
+
+/// None when one of them is.
+DepthBox unionOf(const DepthBox& a, const DepthBox& b) {
+  if (a.isNone() || b.isNone()) {
+    return {};
   }
-  return any.read ? Verdict::kMixed : Verdict::kUnread;
+  return {std::min(a.left, b.left),     std::max(a.right, b.right),     std::min(a.top, b.top),
+          std::max(a.bottom, b.bottom), std::max(a.deepest, b.deepest), std::min(a.shallowest, b.shallowest)};
 }
-
-Verdict lookAtAll(const Group& group, const float* clear, std::size_t width) {
-  const View& view = group.view;
-  float least = kFar;
-  float greatest = 0.F;
-  for (std::size_t row = view.top; row <= view.bottom; ++row) {
-    for (std::size_t column = view.left; column <= view.right; ++column) {
-      least = std::min(least, clear[row * width + column]);
-      greatest = std::max(greatest, clear[row * width + column]);
-    }
-  }
-  Depths any{};
-  any.nearer = least < view.deepest;
-  any.beyond = greatest >= group.shallowest;
-  any.unread = least <= 0.F;
-  any.read = greatest > 0.F;
-  return ofAll(any);
-}
-
-Verdict look(const View& view, const float* clear, std::size_t width) {
-  bool blocked = false;
-  for (std::size_t row = view.top; row <= view.bottom; ++row) {
-    for (std::size_t column = view.left; column <= view.right; ++column) {
-      const float depth = clear[row * width + column];
-      if (depth < view.deepest && depth > 0.F) {
-        return Verdict::kBehind;
-      }
-      blocked = blocked || depth < view.deepest;
-    }
-  }
-  return blocked ? Verdict::kUnread : Verdict::kThrough;
-}
-
-#ifdef YARM_HAVE_AVX2_PATH
-
-/// Mask of those of eight columns from `first` on that are in a view.
-__attribute__((target("avx2"))) inline __m256 columnsIn(const View& view, int first) {
-  const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-  return _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(view.right - first + 1), lane));
-}
-
-/// Eight pixels at a time; kClearPadding floats behind the last pixel must be readable.
-__attribute__((target("avx2"))) Verdict lookAtAllAvx2(const Group& group, const float* clear, std::size_t width) {
-  const View& view = group.view;
-  const __m256 far = _mm256_set1_ps(kFar);
-  __m256 least = far;
-  __m256 greatest = _mm256_setzero_ps();
-  for (int first = view.left; first <= view.right; first += 8) {
-    const __m256 in = columnsIn(view, first);
-    const float* pixels = clear + view.top * width + static_cast<std::size_t>(first);
-    for (int row = view.top; row <= view.bottom; ++row, pixels += width) {
-      const __m256 depth = _mm256_loadu_ps(pixels);
-      least = _mm256_min_ps(least, _mm256_blendv_ps(far, depth, in));
-      greatest = _mm256_max_ps(greatest, _mm256_and_ps(depth, in));
-    }
-  }
-  const auto any = [](int mask) { return mask != 0; };
-  const __m256 zero = _mm256_setzero_ps();
-  const __m256 shallowest = _mm256_set1_ps(group.shallowest);
-  return ofAll({any(_mm256_movemask_ps(_mm256_cmp_ps(least, _mm256_set1_ps(view.deepest), _CMP_LT_OQ))),
-                any(_mm256_movemask_ps(_mm256_cmp_ps(greatest, shallowest, _CMP_GE_OQ))),
-                any(_mm256_movemask_ps(_mm256_cmp_ps(least, zero, _CMP_LE_OQ))),
-                any(_mm256_movemask_ps(_mm256_cmp_ps(greatest, zero, _CMP_GT_OQ)))});
-}
-
-__attribute__((target("avx2"))) Verdict lookAvx2(const View& view, const float* clear, std::size_t width) {
-  const __m256 deepest = _mm256_set1_ps(view.deepest);
-  __m256 blocked = _mm256_setzero_ps();
-  for (int first = view.left; first <= view.right; first += 8) {
-    const __m256 in = columnsIn(view, first);
-    const float* pixels = clear + view.top * width + static_cast<std::size_t>(first);
-    for (int row = view.top; row <= view.bottom; ++row, pixels += width) {
-      const __m256 depth = _mm256_loadu_ps(pixels);
-      const __m256 ends = _mm256_and_ps(in, _mm256_cmp_ps(depth, deepest, _CMP_LT_OQ));
-      blocked = _mm256_or_ps(blocked, ends);
-      if (_mm256_movemask_ps(_mm256_and_ps(ends, _mm256_cmp_ps(depth, _mm256_setzero_ps(), _CMP_GT_OQ))) != 0) {
-        return Verdict::kBehind;
-      }
-    }
-  }
-  return _mm256_movemask_ps(blocked) != 0 ? Verdict::kUnread : Verdict::kThrough;
-}
-
-#endif
 
 }  // namespace
 
 /// One camera's votes on one set.
 class CellViews::Ballot {
  public:
-  Ballot(const CellViews& views, const float* clear, std::uint16_t bit, CellVotes& votes, bool force_scalar)
-      : views_(views), clear_(clear), bit_(bit), votes_(votes) {
-#ifdef YARM_HAVE_AVX2_PATH
-    if (hasAvx2() && !force_scalar) {
-      look_ = &lookAvx2;
-      look_at_all_ = &lookAtAllAvx2;
-    }
-#else
-    static_cast<void>(force_scalar);
-#endif
+  Ballot(const CellViews& views, const DepthWindows& clear, std::uint16_t bit, CellVotes& votes)
+      : views_(views), clear_(clear), bit_(bit), votes_(votes), pairs_{{{0, 0}, {bit, 0}, {0, bit}, {bit, bit}}} {}
+
+  void castAll() {
+    forEachPart({{0, 0, 0}, views_.size_}, kHall, [this](const Cells& hall) {
+      castGroups(hall, kBlock, views_.halls_[hall_++], [this](Verdict of_block, const Cells& block) {
+        const EightBoxes& parts = views_.blocks_[block_++];
+        if (of_block == Verdict::kMixed) {
+          castGroups(block, kPart, parts, [this](Verdict of_part, const Cells& part) {
+            const EightBoxes& cells = views_.parts_[part_++];
+            if (of_part == Verdict::kMixed) {
+              castEach(part, cells);
+            }
+          });
+        } else {
+          part_ += partsOf(block);
+        }
+      });
+    });
   }
 
-  [[nodiscard]] Verdict of(const Group& group) const {
-    return isNone(group.view) ? Verdict::kMixed : look_at_all_(group, clear_, views_.width_);
+ private:
+  /// Casts the votes of those of eight groups whose cells all have the same, and tells `use` of each what it is.
+  template <class Use>
+  void castGroups(const Cells& whole, int edge, const EightBoxes& groups, Use&& use) {
+    const EightFound found = clear_.lookAtGroups(groups);
+    forEachPart(whole, edge, [&](const Cells& group) {
+      const Verdict verdict = verdictOn(found, groups, laneOf(whole, group, edge));
+      cast(verdict, group);
+      use(verdict, group);
+    });
   }
 
   void cast(Verdict verdict, const Cells& cells) {
-    if (verdict == Verdict::kUnread) {
+    if (verdict == Verdict::kUnread || verdict == Verdict::kMixed) {
       return;
     }
     std::vector<std::uint16_t>& mine = verdict == Verdict::kThrough ? votes_.through : votes_.behind;
     for (int x = cells.low[0]; x < cells.high[0]; ++x) {
       for (int y = cells.low[1]; y < cells.high[1]; ++y) {
-        std::uint16_t* column = &mine[indexOf(x, y, 0)];
-        for (int z = cells.low[2]; z < cells.high[2]; ++z) {
-          column[z] |= bit_;
+        std::uint16_t* const column = &mine[indexOf(x, y, cells.low[2])];
+        if (cells.high[2] - cells.low[2] == kBlock) {
+          addBits<kBlock>(column, {bit_, bit_, bit_, bit_});
+        } else {
+          std::for_each(column, column + cells.high[2] - cells.low[2], [this](std::uint16_t& votes) { votes |= bit_; });
         }
       }
     }
   }
 
-  /// Each of the cells on its own; `view`: of the first.
-  void castEach(const View* view, const Cells& cells) {
-    for (int x = cells.low[0]; x < cells.high[0]; ++x) {
-      for (int y = cells.low[1]; y < cells.high[1]; ++y) {
-        for (int z = cells.low[2]; z < cells.high[2]; ++z, ++view) {
-          const Verdict verdict = isNone(*view) ? Verdict::kUnread : look_(*view, clear_, views_.width_);
-          votes_.through[indexOf(x, y, z)] |= verdict == Verdict::kThrough ? bit_ : std::uint16_t{0};
-          votes_.behind[indexOf(x, y, z)] |= verdict == Verdict::kBehind ? bit_ : std::uint16_t{0};
+  /// Each of the cells of a part on its own.
+  void castEach(const Cells& part, const EightBoxes& boxes) {
+    const EightFound found = clear_.lookAt(boxes);
+    const unsigned behind = found.before & boxes.taken;
+    const unsigned through = ~(found.before | found.missing) & boxes.taken;
+    unsigned lane = 0;
+    for (int x = part.low[0]; x < part.high[0]; ++x, lane = 4) {
+      for (int y = part.low[1]; y < part.high[1]; ++y, lane += 2) {
+        const std::size_t first = indexOf(x, y, part.low[2]);
+        if (part.high[2] - part.low[2] == kPart) {
+          addBits<kPart>(&votes_.through[first], pairs_[through >> lane & 3U]);
+          addBits<kPart>(&votes_.behind[first], pairs_[behind >> lane & 3U]);
+        } else {
+          votes_.through[first] |= pairs_[through >> lane & 1U][0];
+          votes_.behind[first] |= pairs_[behind >> lane & 1U][0];
         }
       }
     }
   }
 
- private:
+  /// To several cells at once.
+  template <std::size_t kCount>
+  static void addBits(std::uint16_t* cells, const std::array<std::uint16_t, kCount>& bits) {
+    using Word = std::conditional_t<kCount == 2, std::uint32_t, std::uint64_t>;
+    static_assert(sizeof(Word) == sizeof bits);
+    Word to = 0;
+    Word more = 0;
+    std::memcpy(&to, cells, sizeof to);
+    std::memcpy(&more, bits.data(), sizeof more);
+    to |= more;
+    std::memcpy(cells, &to, sizeof to);
+  }
+
   [[nodiscard]] std::size_t indexOf(int x, int y, int z) const {
     return static_cast<std::size_t>((x * views_.size_[1] + y) * views_.size_[2] + z);
   }
 
   const CellViews& views_;
-  const float* clear_;
+  const DepthWindows& clear_;
   std::uint16_t bit_;
   CellVotes& votes_;
-  Verdict (*look_)(const View&, const float*, std::size_t){&look};
-  Verdict (*look_at_all_)(const Group&, const float*, std::size_t){&lookAtAll};
+  std::array<std::array<std::uint16_t, kPart>, 4>
+      pairs_;  // the bit in neither of two cells, the first, the second, both
+  std::size_t hall_{0};
+  std::size_t block_{0};
+  std::size_t part_{0};
 };
 
 template <class Use>
@@ -201,28 +159,45 @@ void CellViews::forEachPart(const Cells& whole, int edge, Use&& use) {
   }
 }
 
+/// Which of the eight parts of a whole one is.
+unsigned CellViews::laneOf(const Cells& whole, const Cells& part, int edge) {
+  const auto along = [&](std::size_t axis) { return (part.low[axis] - whole.low[axis]) / edge; };
+  return static_cast<unsigned>(4 * along(0) + 2 * along(1) + along(2));
+}
+
+/// How many parts a block has.
+std::size_t CellViews::partsOf(const Cells& block) {
+  const auto along = [&](std::size_t axis) {
+    return static_cast<std::size_t>(block.high[axis] - block.low[axis] + kPart - 1) / kPart;
+  };
+  return along(0) * along(1) * along(2);
+}
+
 CellViews::CellViews(const GridSpec& grid, const Pinhole& optics, const Eigen::Isometry3f& T_world_camera)
     : size_(grid.size), width_(optics.width), height_(optics.height), rows_{optics.height, 0} {
   project(grid, optics, T_world_camera);
-  cells_.reserve(grid.count());
-  forEachPart({{0, 0, 0}, size_}, kBlock, [this](const Cells& block) { addBlock(block); });
-  for (const View& view : cells_) {
-    if (!isNone(view)) {
-      rows_ = {std::min<std::size_t>(rows_.first, view.top), std::max<std::size_t>(rows_.end, view.bottom + 1U)};
-    }
-  }
+  forEachPart({{0, 0, 0}, size_}, kHall, [this](const Cells& hall) {
+    addEight(hall, kBlock, halls_, [this](const Cells& block) {
+      return addEight(block, kPart, blocks_, [this](const Cells& part) {
+        return addEight(part, 1, parts_, [this](const Cells& cell) { return boxOf(cell); });
+      });
+    });
+  });
   corners_ = {};
 }
 
-void CellViews::addBlock(const Cells& block) {
-  const std::size_t first_of_block = cells_.size();
-  forEachPart(block, kPart, [this](const Cells& part) {
-    const std::size_t first = cells_.size();
-    forEachPart(part, 1,
-                [this](const Cells& cell) { cells_.push_back(viewOf(cell.low[0], cell.low[1], cell.low[2])); });
-    parts_.push_back(groupOf(first));
+/// Adds the boxes of the eight parts of some cells, as `box_of` gives them; gives back that of all.
+template <class BoxOf>
+DepthBox CellViews::addEight(const Cells& whole, int edge, std::vector<EightBoxes>& to, BoxOf&& box_of) {
+  std::array<DepthBox, 8> boxes;
+  std::optional<DepthBox> all;
+  forEachPart(whole, edge, [&](const Cells& part) {
+    const DepthBox box = box_of(part);
+    boxes[laneOf(whole, part, edge)] = box;
+    all = all ? unionOf(*all, box) : box;
   });
-  blocks_.push_back(groupOf(first_of_block));
+  to.emplace_back(boxes);
+  return *all;
 }
 
 void CellViews::project(const GridSpec& grid, const Pinhole& optics, const Eigen::Isometry3f& T_world_camera) {
@@ -240,13 +215,15 @@ void CellViews::project(const GridSpec& grid, const Pinhole& optics, const Eigen
   }
 }
 
-CellViews::View CellViews::viewOf(int x, int y, int z) const {
+/// Pixels between which every point of a cell falls, and the depth of the farthest; none when they are not in the
+/// image.
+DepthBox CellViews::boxOf(const Cells& cell) {
   Corner least{1e9F, 1e9F, 1e9F};
   Corner most{-1e9F, -1e9F, -1e9F};
   for (int corner = 0; corner < 8; ++corner) {
-    const int at_x = x + (corner & 1);
-    const int at_y = y + (corner >> 1 & 1);
-    const int at_z = z + (corner >> 2);
+    const int at_x = cell.low[0] + (corner & 1);
+    const int at_y = cell.low[1] + (corner >> 1 & 1);
+    const int at_z = cell.low[2] + (corner >> 2);
     const Corner& c = corners_[static_cast<std::size_t>((at_x * (size_[1] + 1) + at_y) * (size_[2] + 1) + at_z)];
     least = {std::min(least.column, c.column), std::min(least.row, c.row), std::min(least.depth, c.depth)};
     most = {std::max(most.column, c.column), std::max(most.row, c.row), std::max(most.depth, c.depth)};
@@ -260,53 +237,19 @@ CellViews::View CellViews::viewOf(int x, int y, int z) const {
   if (!in_image) {
     return {};
   }
-  return {static_cast<std::uint16_t>(left), static_cast<std::uint16_t>(right), static_cast<std::uint16_t>(top),
-          static_cast<std::uint16_t>(bottom), most.depth + kDepthSlack};
+  const float deepest = most.depth + kDepthSlack;
+  const DepthBox box{static_cast<std::uint16_t>(left),
+                     static_cast<std::uint16_t>(right),
+                     static_cast<std::uint16_t>(top),
+                     static_cast<std::uint16_t>(bottom),
+                     deepest,
+                     deepest};
+  rows_ = {std::min<std::size_t>(rows_.first, box.top), std::max<std::size_t>(rows_.end, box.bottom + 1U)};
+  return box;
 }
 
-/// The cells from `first_cell` to the last one there is so far.
-CellViews::Group CellViews::groupOf(std::size_t first_cell) const {
-  Group group{cells_[first_cell], cells_[first_cell].deepest};
-  View& all = group.view;
-  for (std::size_t i = first_cell; i < cells_.size(); ++i) {
-    const View& view = cells_[i];
-    if (isNone(view)) {
-      return {};
-    }
-    all = {std::min(all.left, view.left), std::max(all.right, view.right), std::min(all.top, view.top),
-           std::max(all.bottom, view.bottom), std::max(all.deepest, view.deepest)};
-    group.shallowest = std::min(group.shallowest, view.deepest);
-  }
-  return group;
-}
-
-void CellViews::vote(const std::vector<float>& clear, std::uint16_t bit, CellVotes& votes, bool force_scalar) const {
-  Ballot ballot(*this, clear.data(), bit, votes, force_scalar);
-  const auto count = [](const Cells& cells, int edge) {
-    const auto along = [&](std::size_t axis) { return (cells.high[axis] - cells.low[axis] + edge - 1) / edge; };
-    return along(0) * along(1) * along(2);
-  };
-  const Group* block_view = blocks_.data();
-  const Group* part_view = parts_.data();
-  const View* cell_view = cells_.data();
-  forEachPart({{0, 0, 0}, size_}, kBlock, [&](const Cells& block) {
-    const Verdict of_block = ballot.of(*block_view++);
-    if (of_block != Verdict::kMixed) {
-      ballot.cast(of_block, block);
-      part_view += count(block, kPart);
-      cell_view += count(block, 1);
-      return;
-    }
-    forEachPart(block, kPart, [&](const Cells& part) {
-      const Verdict of_part = ballot.of(*part_view++);
-      if (of_part != Verdict::kMixed) {
-        ballot.cast(of_part, part);
-      } else {
-        ballot.castEach(cell_view, part);
-      }
-      cell_view += count(part, 1);
-    });
-  });
+void CellViews::vote(const DepthWindows& clear, std::uint16_t bit, CellVotes& votes) const {
+  Ballot(*this, clear, bit, votes).castAll();
 }
 
 }  // namespace yarm::perception

@@ -9,6 +9,8 @@ namespace {
 
 /// Cells behind a cell whose owners count: a reading there may still be in it, for all that its noise says.
 constexpr double kBehind = 3.0;
+/// Cells of all lines to a camera that are kept; then they are found anew.
+constexpr std::size_t kMostKept = std::size_t{1} << 21;
 
 std::uint32_t bitOf(std::size_t object) {
   return object < kNamedHiders ? 1U << object : kOtherHiders;
@@ -20,6 +22,7 @@ HiderFinder::HiderFinder(const GridSpec& spec) : spec_(spec) {}
 
 const std::vector<std::uint32_t>& HiderFinder::find(const OccupancyGrid& grid, const SeenCells& seen) {
   gatherOwners(grid);
+  follow(seen.cameras);
   found_.clear();
   const bool all_placed = std::all_of(seen.cameras.begin(), seen.cameras.end(),
                                       [](const Eigen::Vector3d& camera) { return camera.allFinite(); });
@@ -33,7 +36,7 @@ const std::vector<std::uint32_t>& HiderFinder::find(const OccupancyGrid& grid, c
     std::uint32_t hiders = silent != 0 ? kNoHider : (behind == 0 ? where_none_looks : 0U);
     for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
       if ((behind >> c & 1U) != 0) {
-        const std::uint32_t on_the_line = along(spec_.cellOf(static_cast<int>(i)), seen.cameras[c]);
+        const std::uint32_t on_the_line = ownersBetween(i, lines_[c]);
         hiders |= on_the_line == 0 ? kNoHider : on_the_line;
       }
     }
@@ -58,27 +61,68 @@ void HiderFinder::gatherOwners(const OccupancyGrid& grid) {
 
 /// Every cell takes on the bits of its two neighbours `stride` apart, within runs of `length` cells.
 void HiderFinder::spread(std::size_t stride, std::size_t length) {
-  spread_ = owners_;
+  spread_.resize(owners_.size());
   for (std::size_t run = 0; run < owners_.size(); run += length) {
-    for (std::size_t i = run; i + stride < run + length; ++i) {
-      spread_[i] |= owners_[i + stride];
-      spread_[i + stride] |= owners_[i];
+    const std::uint32_t* const own = owners_.data() + run;
+    std::uint32_t* __restrict const to = spread_.data() + run;
+    if (length == stride) {
+      std::copy(own, own + length, to);
+      continue;
+    }
+    const std::size_t last = length - stride;
+    for (std::size_t i = 0; i < stride; ++i) {
+      to[i] = own[i] | own[i + stride];
+      to[last + i] = own[last + i] | own[last + i - stride];
+    }
+    for (std::size_t i = stride; i < last; ++i) {
+      to[i] = own[i] | own[i - stride] | own[i + stride];
     }
   }
   owners_.swap(spread_);
 }
 
-std::uint32_t HiderFinder::along(const Cell& cell, const Eigen::Vector3d& camera) const {
-  const Eigen::Vector3d middle(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
-  const Eigen::Vector3d way =
-      (camera - spec_.centre(cell))
-          .cwiseQuotient(Eigen::Vector3d(spec_.resolution(0), spec_.resolution(1), spec_.resolution(2)));
-  const double longest = way.cwiseAbs().maxCoeff();
-  return onLine(middle, way, 1.0) | onLine(middle, -way, longest > 0.0 ? kBehind / longest : 0.0);
+/// Forgets the lines to a camera that stands elsewhere now.
+void HiderFinder::follow(const std::vector<Eigen::Vector3d>& cameras) {
+  lines_.resize(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    Lines& lines = lines_[c];
+    if (lines.first.empty() || lines.camera != cameras[c] || lines.cells.size() > kMostKept) {
+      lines.camera = cameras[c];
+      lines.first.assign(spec_.count(), 0);
+      lines.cells.assign(1, 0);
+    }
+  }
 }
 
-/// Bits of all cells that a line meets, from a point in cells on, for a share of a way; and of some right beside it.
-std::uint32_t HiderFinder::onLine(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share) const {
+/// Bits of all who have a cell on the line from the middle of a cell to a camera, or just behind it, or beside those.
+std::uint32_t HiderFinder::ownersBetween(std::size_t cell, Lines& lines) {
+  if (lines.first[cell] == 0) {
+    lines.first[cell] = static_cast<std::uint32_t>(lines.cells.size());
+    addLine(spec_.cellOf(static_cast<int>(cell)), lines);
+  }
+  const std::int32_t* const number = lines.cells.data() + lines.first[cell];
+  std::uint32_t bits = 0;
+  for (std::int32_t i = 1; i <= *number; ++i) {
+    bits |= owners_[static_cast<std::size_t>(number[i])];
+  }
+  return bits;
+}
+
+void HiderFinder::addLine(const Cell& cell, Lines& lines) const {
+  const Eigen::Vector3d middle(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
+  const Eigen::Vector3d way =
+      (lines.camera - spec_.centre(cell))
+          .cwiseQuotient(Eigen::Vector3d(spec_.resolution(0), spec_.resolution(1), spec_.resolution(2)));
+  const double longest = way.cwiseAbs().maxCoeff();
+  const std::size_t number = lines.cells.size();
+  lines.cells.push_back(0);
+  addCells(middle, way, 1.0, lines);
+  addCells(middle, -way, longest > 0.0 ? kBehind / longest : 0.0, lines);
+  lines.cells[number] = static_cast<std::int32_t>(lines.cells.size() - number - 1);
+}
+
+/// All cells that a line meets, from a point in cells on, for a share of a way; and some right beside it.
+void HiderFinder::addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share, Lines& lines) const {
   Eigen::Index along = 0;
   const double longest = way.cwiseAbs().maxCoeff(&along);
   for (Eigen::Index axis = 0; axis < 3; ++axis) {  // it ends at the grid's border at the latest
@@ -98,20 +142,27 @@ std::uint32_t HiderFinder::onLine(const Eigen::Vector3d& from, const Eigen::Vect
   int layer = static_cast<int>(from[along]);
   std::ptrdiff_t b0 = b.at(from[across]);
   std::ptrdiff_t c0 = c.at(from[other]);
-  std::uint32_t bits = 0;
   for (double reached = 0.5; layer >= 0 && layer < a.count; reached += 1.0, layer += step) {
     const double until = std::min(reached, length);
     const std::ptrdiff_t b1 = b.at(from[across] + slope_b * until);
     const std::ptrdiff_t c1 = c.at(from[other] + slope_c * until);
-    const std::uint32_t* const owners = owners_.data() + layer * a.stride;
-    bits |= owners[b0 + c0] | owners[b0 + c1] | owners[b1 + c0] | owners[b1 + c1];
+    for (const std::ptrdiff_t b_at : {b0, b1}) {
+      for (const std::ptrdiff_t c_at : {c0, c1}) {
+        lines.cells.push_back(static_cast<std::int32_t>(layer * a.stride + b_at + c_at));
+        if (c1 == c0) {
+          break;
+        }
+      }
+      if (b1 == b0) {
+        break;
+      }
+    }
     if (reached >= length) {
       break;
     }
     b0 = b1;
     c0 = c1;
   }
-  return bits;
 }
 
 HiderFinder::Layers HiderFinder::layers(Eigen::Index axis) const {

@@ -49,7 +49,8 @@ class VisibilityVoter::Camera {
     if (views_) {
       clearDepths(cloud, makeCropSetup(merge, pose_), merge, params, static_cast<float>(votes.grid.min[2]),
                   views_->rows(), clear_);
-      views_->vote(clear_, bit, votes);
+      windows_.take(clear_, cloud.width, views_->rows());
+      views_->vote(windows_, bit, votes);
     }
   }
 
@@ -57,7 +58,9 @@ class VisibilityVoter::Camera {
     if (views_) {
       std::vector<float> clear;
       clearDepthsOfEmptyCell(*optics_, pose_, params, clear);
-      views_->vote(clear, bit, votes);
+      DepthWindows windows;
+      windows.take(clear, optics_->width, views_->rows());
+      views_->vote(windows, bit, votes);
     }
   }
 
@@ -72,6 +75,7 @@ class VisibilityVoter::Camera {
   Eigen::Isometry3f pose_{Eigen::Isometry3f::Identity()};
   std::unique_ptr<CellViews> views_;
   std::vector<float> clear_;
+  DepthWindows windows_;
   std::string fault_;
 };
 

@@ -22,7 +22,8 @@ constexpr std::uint32_t kNoHider = 1U << 31;
 /// Finds who may hide each cell that no camera sees: whoever has a cell on the line from the middle of it to a camera,
 /// or one of the 26 neighbours of those (and of a few cells beside the line, at its corners). The pixels that a cell
 /// falls onto look past that line at less than a cell's distance, so whoever does hide it is among them; others may be,
-/// too. So is what is just behind it, within the readings' noise. Keeps its buffers: not thread safe.
+/// too. So is what is just behind it, within the readings' noise. Which cells these are is found once for each cell and
+/// camera, when it is first asked for. Keeps its buffers: not thread safe.
 class HiderFinder {
  public:
   explicit HiderFinder(const GridSpec& spec);
@@ -44,16 +45,26 @@ class HiderFinder {
     }
   };
 
+  /// Cells whose owners count for the lines from hidden cells to one camera.
+  struct Lines {
+    Eigen::Vector3d camera{Eigen::Vector3d::Zero()};
+    std::vector<std::uint32_t> first;  // of each cell's in `cells`, the number of them; 0 for one not asked for yet
+    std::vector<std::int32_t> cells;
+  };
+
   void gatherOwners(const OccupancyGrid& grid);
+  void follow(const std::vector<Eigen::Vector3d>& cameras);
+  [[nodiscard]] std::uint32_t ownersBetween(std::size_t cell, Lines& lines);
   void spread(std::size_t stride, std::size_t length);
-  [[nodiscard]] std::uint32_t along(const Cell& cell, const Eigen::Vector3d& camera) const;
-  [[nodiscard]] std::uint32_t onLine(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share) const;
+  void addLine(const Cell& cell, Lines& lines) const;
+  void addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share, Lines& lines) const;
   [[nodiscard]] Layers layers(Eigen::Index axis) const;
 
   GridSpec spec_;
   std::vector<std::uint32_t> owners_;  // bits of who has a cell or is beside it
   std::vector<std::uint32_t> spread_;
   std::vector<std::uint32_t> found_;
+  std::vector<Lines> lines_;  // of each camera
 };
 
 }  // namespace yarm::perception

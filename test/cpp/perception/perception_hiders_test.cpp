@@ -84,6 +84,22 @@ TEST(Hiders, AreWhoHasCellsOnTheLinesToTheCamerasOrBesideThem) {
   }
 }
 
+TEST(Hiders, AFinderThatHasServedOthersSaysTheSameAsANewOne) {
+  std::mt19937_64 random(6);
+  const std::vector<Eigen::Vector3d> here{{2.4, 2.4, 2.9}, {-2.5, 0.3, 1.1}};
+  const std::vector<Eigen::Vector3d> moved{{2.4, 2.4, 2.9}, {-2.5, 0.4, 1.1}};
+  pc::HiderFinder finder{pc::GridSpec{}};
+  for (const auto& cameras : {here, here, moved, here}) {
+    const pc::OccupancyGrid grid = randomGrid(random, 8);
+    pc::SeenCells seen = hidden(cameras, 3, 0);
+    for (std::size_t i = 0; i < seen.states.size(); ++i) {  // other cells each time
+      seen.states[i] = random() % 3 == 0 ? seen.states[i] : pc::CellState::kFree;
+    }
+    pc::HiderFinder another{pc::GridSpec{}};
+    EXPECT_EQ(finder.find(grid, seen), another.find(grid, seen));
+  }
+}
+
 TEST(Hiders, ObjectsFromTheThirtyFirstOnShareABit) {
   std::mt19937_64 random(4);
   const pc::OccupancyGrid grid = randomGrid(random, 33);

@@ -143,6 +143,88 @@ TEST(Visibility, NorInImagesOfRandomDepths) {
   }
 }
 
+/// An image of clear depths in patches: readings, what is clear for good, and what is missing.
+std::vector<float> patches(std::mt19937_64& random, std::size_t width, std::size_t height) {
+  std::vector<float> clear(width * height + pc::kClearPadding, 0.F);
+  const auto below = [&random](std::size_t limit) { return random() % limit; };
+  for (int patch = 0; patch < 60; ++patch) {
+    const std::size_t top = below(height);
+    const std::size_t left = below(width);
+    const std::size_t kind = below(5);
+    const float depth = 1.F + static_cast<float>(below(300)) * 0.01F;
+    for (std::size_t row = top; row < std::min(height, top + 1 + below(30)); ++row) {
+      for (std::size_t column = left; column < std::min(width, left + 20); ++column) {
+        clear[row * width + column] = kind == 0 ? 0.F : (kind == 1 ? std::numeric_limits<float>::infinity() : depth);
+      }
+    }
+  }
+  return clear;
+}
+
+/// What eight boxes come to, by each of their pixels.
+pc::EightFound lookAtPixels(const std::vector<float>& clear, std::size_t width,
+                            const std::array<pc::DepthBox, 8>& boxes) {
+  pc::EightFound found{0, 0, 0, 0};
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    for (std::size_t row = boxes[k].top; row <= boxes[k].bottom; ++row) {
+      for (std::size_t column = boxes[k].left; column <= boxes[k].right; ++column) {
+        const float depth = clear[row * width + column];
+        found.before |= static_cast<unsigned>(depth > 0.F && depth < boxes[k].deepest) << k;
+        found.missing |= static_cast<unsigned>(depth <= 0.F) << k;
+        found.beyond |= static_cast<unsigned>(depth >= boxes[k].shallowest) << k;
+        found.read |= static_cast<unsigned>(depth > 0.F) << k;
+      }
+    }
+  }
+  return found;
+}
+
+TEST(Visibility, WindowsSayWhatThePixelsOfABoxSay) {
+  constexpr std::size_t kWidth = 90;
+  constexpr std::size_t kHeight = 60;
+  const pc::Rows rows{7, 55};
+  std::mt19937_64 random(8);
+  const auto between = [&random](std::size_t low, std::size_t high) { return low + random() % (high - low + 1); };
+  for (int image = 0; image < 40; ++image) {
+    const std::vector<float> clear = patches(random, kWidth, kHeight);
+    std::array<pc::DepthWindows, 2> windows;
+    windows[0].take(clear, kWidth, rows);
+    windows[1].take(clear, kWidth, rows, true);
+    for (int i = 0; i < 200; ++i) {
+      std::array<pc::DepthBox, 8> boxes;
+      const std::size_t most = between(1, 40);
+      unsigned taken = 0;
+      for (std::size_t k = 0; k < boxes.size(); ++k) {
+        if (between(0, 9) > 0) {
+          const std::size_t left = between(0, kWidth - 2);
+          const std::size_t top = between(rows.first, rows.end - 2);
+          const float depth = 1.005F + static_cast<float>(between(0, 300)) * 0.01F;
+          boxes[k] = {static_cast<std::uint16_t>(left),
+                      static_cast<std::uint16_t>(std::min(kWidth - 1, left + most)),
+                      static_cast<std::uint16_t>(top),
+                      static_cast<std::uint16_t>(std::min(rows.end - 1, top + most)),
+                      depth + 0.5F,
+                      depth};
+          taken |= 1U << k;
+        }
+      }
+      const pc::EightBoxes eight(boxes);
+      const pc::EightFound wanted = lookAtPixels(clear, kWidth, boxes);
+      ASSERT_EQ(eight.taken, taken);
+      for (const pc::DepthWindows& one : windows) {
+        const pc::EightFound cells = one.lookAt(eight);
+        const pc::EightFound groups = one.lookAtGroups(eight);
+        ASSERT_EQ((cells.before ^ wanted.before) & taken, 0U) << "image " << image << ", boxes " << i;
+        ASSERT_EQ((cells.missing ^ wanted.missing) & taken, 0U) << "image " << image << ", boxes " << i;
+        ASSERT_EQ((groups.before ^ wanted.before) & taken, 0U) << "image " << image << ", boxes " << i;
+        ASSERT_EQ((groups.missing ^ wanted.missing) & taken, 0U) << "image " << image << ", boxes " << i;
+        ASSERT_EQ((groups.beyond ^ wanted.beyond) & taken, 0U) << "image " << image << ", boxes " << i;
+        ASSERT_EQ((groups.read ^ wanted.read) & taken, 0U) << "image " << image << ", boxes " << i;
+      }
+    }
+  }
+}
+
 TEST(Visibility, EightPixelsAtATimeSayTheSameAsOne) {
   SceneFactory factory(5);
   factory.render(standardCell(2, 2));
@@ -161,7 +243,9 @@ TEST(Visibility, EightPixelsAtATimeSayTheSameAsOne) {
     pc::CellVotes& mine = votes[scalar ? 1 : 0];
     mine.through.assign(pc::GridSpec{}.count(), 0);
     mine.behind = mine.through;
-    views.vote(clear, 4, mine, scalar);
+    pc::DepthWindows windows;
+    windows.take(clear, cloud.width, views.rows(), scalar);
+    views.vote(windows, 4, mine);
   }
   EXPECT_EQ(votes[0].through, votes[1].through);
   EXPECT_EQ(votes[0].behind, votes[1].behind);
@@ -177,7 +261,9 @@ pc::CellVotes votesOn(const pc::GridSpec& grid, const pc::CameraCloud& cloud) {
   pc::CellVotes votes;
   votes.through.assign(grid.count(), 0);
   votes.behind = votes.through;
-  views.vote(clear, 1, votes);
+  pc::DepthWindows windows;
+  windows.take(clear, cloud.width, views.rows());
+  views.vote(windows, 1, votes);
   return votes;
 }
 
