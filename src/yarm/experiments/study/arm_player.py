@@ -17,6 +17,8 @@ STOP_S = 0.3
 """Time from OFF to standing still, s."""
 LIFT_S = 1.5
 """Time from the surface to the hover or back, s."""
+PERIOD_S = 0.05
+"""Time between two rows of a track, s."""
 
 
 @dataclass(frozen=True, eq=False)

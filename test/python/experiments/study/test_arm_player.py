@@ -8,8 +8,8 @@ import pytest
 from yarm.control.arm.model import ArmDescription, ArmKinematics, load_arm
 from yarm.control.sander.params import SanderParams
 from yarm.control.sander.raster import coverage
+from yarm.experiments.study.arm_plan import plan_track
 from yarm.experiments.study.arm_player import LIFT_S, STOP_S, ArmModel, ArmPlayer, ArmTrack
-from yarm.experiments.study.arm_track import plan_track
 
 STEP_S = 1.0 / 60.0
 
