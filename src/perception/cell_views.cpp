@@ -75,7 +75,7 @@ class CellViews::Ballot {
   void castGroups(const Cells& whole, int edge, const EightBoxes& groups, Use&& use) {
     const EightFound found = clear_.lookAtGroups(groups);
     forEachPart(whole, edge, [&](const Cells& group) {
-      const Verdict verdict = verdictOn(found, groups, laneOf(whole, group, edge));
+      const Verdict verdict = verdictOn(found, groups, laneOf(whole, group));
       cast(verdict, group);
       use(verdict, group);
     });
@@ -139,8 +139,7 @@ class CellViews::Ballot {
   const DepthWindows& clear_;
   std::uint16_t bit_;
   CellVotes& votes_;
-  std::array<std::array<std::uint16_t, kPart>, 4>
-      pairs_;  // the bit in neither of two cells, the first, the second, both
+  std::array<std::array<std::uint16_t, kPart>, 4> pairs_;  // two cells: the bit in neither, the first, the second, both
   std::size_t hall_{0};
   std::size_t block_{0};
   std::size_t part_{0};
@@ -159,10 +158,10 @@ void CellViews::forEachPart(const Cells& whole, int edge, Use&& use) {
   }
 }
 
-/// Which of the eight parts of a whole one is.
-unsigned CellViews::laneOf(const Cells& whole, const Cells& part, int edge) {
-  const auto along = [&](std::size_t axis) { return (part.low[axis] - whole.low[axis]) / edge; };
-  return static_cast<unsigned>(4 * along(0) + 2 * along(1) + along(2));
+/// Which of the eight parts of a whole one is: of two along each axis.
+unsigned CellViews::laneOf(const Cells& whole, const Cells& part) {
+  const auto along = [&](std::size_t axis) { return part.low[axis] > whole.low[axis] ? 1U : 0U; };
+  return 4 * along(0) + 2 * along(1) + along(2);
 }
 
 /// How many parts a block has.
@@ -193,7 +192,7 @@ DepthBox CellViews::addEight(const Cells& whole, int edge, std::vector<EightBoxe
   std::optional<DepthBox> all;
   forEachPart(whole, edge, [&](const Cells& part) {
     const DepthBox box = box_of(part);
-    boxes[laneOf(whole, part, edge)] = box;
+    boxes[laneOf(whole, part)] = box;
     all = all ? unionOf(*all, box) : box;
   });
   to.emplace_back(boxes);

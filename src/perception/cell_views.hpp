@@ -39,7 +39,7 @@ class CellViews {
   [[nodiscard]] DepthBox boxOf(const Cells& cell);
   template <class BoxOf>
   static DepthBox addEight(const Cells& whole, int edge, std::vector<EightBoxes>& to, BoxOf&& box_of);
-  [[nodiscard]] static unsigned laneOf(const Cells& whole, const Cells& part, int edge);
+  [[nodiscard]] static unsigned laneOf(const Cells& whole, const Cells& part);
   [[nodiscard]] static std::size_t partsOf(const Cells& block);
   template <class Use>
   static void forEachPart(const Cells& whole, int edge, Use&& use);

@@ -192,8 +192,8 @@ EightBoxes::EightBoxes(const std::array<DepthBox, 8>& boxes) {
     edge = static_cast<std::uint8_t>(2 * edge);
     ++level;
   }
-  windows_across = static_cast<std::uint8_t>((most_across + edge - 1) / edge);
-  windows_down = static_cast<std::uint8_t>((most_down + edge - 1) / edge);
+  windows_across = static_cast<std::uint16_t>((most_across + edge - 1) / edge);
+  windows_down = static_cast<std::uint16_t>((most_down + edge - 1) / edge);
   for (std::size_t k = 0; k < boxes.size(); ++k) {
     const DepthBox& box = boxes[k];
     if (!box.isNone()) {

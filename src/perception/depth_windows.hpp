@@ -33,9 +33,9 @@ class EightBoxes {
   std::array<std::uint16_t, 8> last_column{}, last_row{};  ///< where the last of their windows begin
   std::array<DepthKey, 8> deepest{};
   std::array<float, 8> shallowest{};
-  std::uint8_t taken{0};                            ///< a bit for each box that is none of none
-  std::uint8_t level{0}, edge{2};                   ///< of the windows: number of their size, and the size, pixels
-  std::uint8_t windows_across{0}, windows_down{0};  ///< so many cover any of the boxes
+  std::uint8_t taken{0};                             ///< a bit for each that is a box
+  std::uint8_t level{0}, edge{2};                    ///< of the windows: number of their size, and the size, pixels
+  std::uint16_t windows_across{0}, windows_down{0};  ///< so many cover any of the boxes
 };
 
 /// A bit for each of eight boxes; those of boxes that are not taken mean nothing.

@@ -225,6 +225,24 @@ TEST(Visibility, WindowsSayWhatThePixelsOfABoxSay) {
   }
 }
 
+TEST(Visibility, WindowsCoverABoxAsWideAsAGreatImage) {
+  constexpr std::size_t kWidth = 4000;
+  std::vector<float> clear(kWidth * 8 + pc::kClearPadding, 3.F);
+  clear[5 * kWidth + kWidth - 1] = 1.F;  // its last column, and a reading missing in the middle
+  clear[2 * kWidth + kWidth / 2] = 0.F;
+  std::array<pc::DepthBox, 8> boxes;
+  boxes[3] = {0, kWidth - 1, 0, 5, 2.F, 2.F};
+  boxes[6] = {0, kWidth - 2, 0, 5, 2.F, 4.F};
+  for (const bool scalar : {false, true}) {
+    pc::DepthWindows windows;
+    windows.take(clear, kWidth, {0, 8}, scalar);
+    const pc::EightFound found = windows.lookAtGroups(pc::EightBoxes(boxes));
+    EXPECT_EQ(found.before & 0x48U, 0x08U);
+    EXPECT_EQ(found.missing & 0x48U, 0x48U);
+    EXPECT_EQ(found.beyond & 0x48U, 0x08U);
+  }
+}
+
 TEST(Visibility, EightPixelsAtATimeSayTheSameAsOne) {
   SceneFactory factory(5);
   factory.render(standardCell(2, 2));
