@@ -8,6 +8,7 @@ it is offered where the installed build has it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Dict, Optional, Tuple
 
 import cv2
@@ -26,6 +27,8 @@ ORB_FEATURES = 1500
 """Most keypoints that ORB keeps."""
 BITS = ("orb", "akaze")
 """Detectors whose descriptors are bits."""
+MOST_KEPT = 32
+"""Pictures of tags whose features are kept, a MB each: all of two detectors."""
 
 
 class DetectorError(ValueError):
@@ -108,6 +111,20 @@ class Detector:
         norm, kind = (cv2.NORM_HAMMING, cv2.CV_32S) if bits else (cv2.NORM_L2, cv2.CV_32F)
         distances, nearest = cv2.batchDistance(tag.descriptors, scene.descriptors, kind, normType=norm, K=2)
         return distances.astype(float), nearest
+
+
+def features_of(name: str, picture: GreyImage) -> Features:
+    """What a detector finds in a picture of a tag, (h, w) grey; found once for the same pixels. Not to be changed.
+
+    Raises:
+        DetectorError: no such detector here.
+    """
+    return _found(name, picture.shape, picture.tobytes())
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _found(name: str, shape: Tuple[int, ...], pixels: bytes) -> Features:
+    return Detector(name).find(np.frombuffer(pixels, np.uint8).reshape(shape))
 
 
 def _surf() -> Any:

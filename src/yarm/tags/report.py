@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from yarm.geometry import FloatArray
-from yarm.tags.features import DETECTOR, Detector, Features
+from yarm.tags.features import DETECTOR, Detector, Features, features_of
 from yarm.tags.motifs import GreyImage
 from yarm.tags.quads import angles_deg, area, bottom_left_angle_deg, effective_area, is_tangled, mapped_corners
 
@@ -153,7 +153,7 @@ class ReportRecogniser:
         self._crop = crop
         self.detector = detector
         self.sizes = {number: (picture.shape[1], picture.shape[0]) for number, picture in tags.items()}
-        self.features: Dict[int, Features] = {n: self._detector.find(picture) for n, picture in tags.items()}
+        self.features: Dict[int, Features] = {n: features_of(detector, picture) for n, picture in tags.items()}
 
     def look(self, image: Optional[GreyImage], box: int = 0, predicted_deg: float = 90.0) -> List[Sighting]:
         """Every tag's sighting in an image, (h, w) grey or (h, w, 3) RGB; None for an image that did not come.

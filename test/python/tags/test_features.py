@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from yarm.resources import resource
-from yarm.tags.features import Detector, DetectorError, available_detectors
+from yarm.tags.features import Detector, DetectorError, available_detectors, features_of
 from yarm.tags.pictures import read_picture, size_at, stranger
 
 NAMES = ("sift", "orb", "akaze")
@@ -39,6 +39,15 @@ def test_a_bare_image_has_no_features_and_matches_nothing(name: str, picture: np
     assert bare.descriptors.shape[1] == detector.find(picture).descriptors.shape[1]
     assert detector.good_matches(detector.find(picture), bare, 0.77).shape == (0, 2)
     assert detector.good_matches(bare, detector.find(picture), 0.77).shape == (0, 2)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_features_of_a_picture_are_found_once_and_are_its_own(name: str, picture: np.ndarray) -> None:
+    found, other = features_of(name, picture), features_of(name, np.ascontiguousarray(picture[::-1]))
+    here = Detector(name).find(picture)
+    assert np.array_equal(found.points, here.points) and np.array_equal(found.descriptors, here.descriptors)
+    assert features_of(name, picture.copy()) is found and features_of(name, picture[::-1]) is other
+    assert not np.array_equal(other.points, found.points)
 
 
 def test_the_mask_keeps_features_out(picture: np.ndarray) -> None:
