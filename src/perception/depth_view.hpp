@@ -37,7 +37,7 @@ constexpr double kMostOffPixel = 0.25;
 /// Whether a cloud is an image of these optics; looks at some hundred pixels.
 [[nodiscard]] bool fits(const Pinhole& optics, const CameraCloud& cloud);
 
-/// Floats behind the last pixel of clear depths, which mean nothing: pixels are looked at eight at a time.
+/// Floats behind the last pixel of clear depths, which mean nothing: windows that begin at the last pixels reach there.
 constexpr std::size_t kClearPadding = 8;
 
 /// For each pixel of `rows`, row by row, the depth up to which its ray is clear, metres: a reading less its noise; +inf

@@ -152,7 +152,8 @@ std::vector<float> patches(std::mt19937_64& random, std::size_t width, std::size
     const std::size_t left = below(width);
     const std::size_t kind = below(5);
     const float depth = 1.F + static_cast<float>(below(300)) * 0.01F;
-    for (std::size_t row = top; row < std::min(height, top + 1 + below(30)); ++row) {
+    const std::size_t bottom = std::min(height, top + 1 + below(30));
+    for (std::size_t row = top; row < bottom; ++row) {
       for (std::size_t column = left; column < std::min(width, left + 20); ++column) {
         clear[row * width + column] = kind == 0 ? 0.F : (kind == 1 ? std::numeric_limits<float>::infinity() : depth);
       }
