@@ -5,7 +5,8 @@ et al., "The trimmed iterative closest point algorithm", ICPR 2002. Surfaces in 
 it to a weak prior about the pose that was told, and its deviation says so.
 
 A camera in a body's plane of symmetry sees none of the faces that would tell where it is across: there only the body's
-outline tells. ``sharpen`` compares each reading with the depth that a camera at a pose would read, so outlines count.
+outline tells. ``sharpen`` compares each reading with the depth that a camera at a pose would read, so outlines count,
+for the pose and for its deviation.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, replace
-from typing import Sequence, Tuple
+from typing import Callable, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -42,6 +43,8 @@ NEAR_M = 0.35
 """Points within this of a solid, with the camera as it is told to be, are worth most; of the floor's few are taken."""
 SHARP_M, SHARP_RAD = 0.002, 0.001
 """First steps of the search for the best outlines."""
+CURVED = 2.5
+"""So many such steps to either side tell how much worse other poses fit: about what a camera's picture is told by."""
 OTHERS_SIGMAS = 3.0
 """A reading this many deviations off is another's, or on the wrong side of an outline; all such count alike."""
 
@@ -75,11 +78,6 @@ class Refined:
     points: int = 0
     before_m: float = 0.0
     after_m: float = 0.0
-
-    def against(self, told: FloatArray) -> Refined:
-        """The same pose, with how far it is from another (4, 4) that was told."""
-        moved_m, turned_rad = _apart(told, self.pose)
-        return replace(self, moved_m=moved_m, turned_rad=turned_rad)
 
 
 def refine(
@@ -117,21 +115,8 @@ def refine(
         pose = _stepped(pose, step)
     before = _residual(points, told, static, movers, floor)
     after = _residual(points, pose, static, movers, floor)
-    sigma = np.linalg.inv(information / CORRELATED + _prior(pose, told)[0])
-    moved_m, turned_rad = _apart(told, pose)
-    return Refined(
-        True,
-        "",
-        pose,
-        moved_m,
-        turned_rad,
-        math.sqrt(float(np.linalg.eigvalsh(sigma[3:, 3:])[-1])),
-        math.sqrt(float(np.linalg.eigvalsh(sigma[:3, :3])[-1])),
-        _significance(pose, told, sigma),
-        len(distance),
-        before,
-        after,
-    )
+    found = Refined(True, "", pose, points=len(distance), before_m=before, after_m=after)
+    return _weighed(found, told, information)
 
 
 def pick(
@@ -189,7 +174,7 @@ def calibrated(
         if not refined.ok:
             return refined
     before = _residual(points, told, static, movers, floor=True)
-    return replace(sharpen(refined, points, sigmas, static, movers).against(told), before_m=before)
+    return replace(sharpen(refined, points, sigmas, told, static, movers), before_m=before)
 
 
 def averaged(clouds: Sequence[FloatArray]) -> Tuple[FloatArray, FloatArray]:
@@ -221,6 +206,7 @@ def sharpen(
     refined: Refined,
     points: FloatArray,
     sigmas: FloatArray,
+    told: FloatArray,
     static: Sequence[Solid],
     movers: Sequence[Solid] = (),
 ) -> Refined:
@@ -230,11 +216,13 @@ def sharpen(
         refined: what ``refine`` made of them.
         points: (n, 3) finite points in the optical frame, metres; their noise must be small against the solids.
         sigmas: (n,) deviation of each along its ray, metres.
+        told: (4, 4) T_world_optical as it was told.
         static: known solids that do not move, with their poses in the world; z = 0 is a floor.
         movers: known solids that do; readings near them, or of what they hide, are left out.
 
     Returns:
-        Another pose; all else as it was: deviations speak of the faces alone, so the pose is better than they say.
+        Another pose, what it differs from the one that was told, and its deviations: how far from it the depths fit
+        worse by more than chance. Points and distances as they were.
     """
     rays = points @ refined.pose[:3, :3].T
     origin = refined.pose[:3, 3]
@@ -252,7 +240,11 @@ def sharpen(
         return float(np.minimum(off**2, OTHERS_SIGMAS**2).sum())
 
     found = minimize(misfit, np.zeros(6), method="Powell", options={"xtol": 0.02, "ftol": 1e-7})
-    return replace(refined, pose=_stepped(refined.pose, found.x * scale))
+    reach = CURVED * scale
+    bend = _curvature(lambda way: misfit(found.x + CURVED * way)) / np.outer(reach, reach)
+    values, axes = np.linalg.eigh(0.5 * bend)
+    information = (axes * np.maximum(values, 0.0)) @ axes.T
+    return _weighed(replace(refined, pose=_stepped(refined.pose, found.x * scale)), told, information)
 
 
 def _rows(
@@ -279,6 +271,32 @@ def _rows(
     scaled = near.distance[keep] / np.maximum(3.0 * deviation, 0.3 * trim)
     weight = 1.0 / (deviation**2 * (1.0 + scaled**2))
     return np.hstack([np.cross(arm, normal), normal]), near.distance[keep], weight
+
+
+def _curvature(misfit: Callable[[FloatArray], float]) -> FloatArray:
+    """Second derivatives (6, 6) of a function of (6,) at 0, by steps of 1 to either side."""
+    one = np.eye(6)
+    middle = misfit(np.zeros(6))
+    bend = np.diag([misfit(way) + misfit(-way) - 2.0 * middle for way in one])
+    for i in range(6):
+        for j in range(i):
+            alike = misfit(one[i] + one[j]) + misfit(-one[i] - one[j])
+            bend[i, j] = bend[j, i] = (alike - misfit(one[i] - one[j]) - misfit(one[j] - one[i])) / 4.0
+    return bend
+
+
+def _weighed(refined: Refined, told: FloatArray, information: FloatArray) -> Refined:
+    """How far its pose is from the one that was told, and how sure that is by points of this (6, 6) information."""
+    covariance = np.linalg.inv(information / CORRELATED + _prior(refined.pose, told)[0])
+    moved_m, turned_rad = _apart(told, refined.pose)
+    return replace(
+        refined,
+        moved_m=moved_m,
+        turned_rad=turned_rad,
+        sigma_m=math.sqrt(float(np.linalg.eigvalsh(covariance[3:, 3:])[-1])),
+        sigma_rad=math.sqrt(float(np.linalg.eigvalsh(covariance[:3, :3])[-1])),
+        significance=_significance(refined.pose, told, covariance),
+    )
 
 
 def _prior(pose: FloatArray, told: FloatArray) -> Tuple[FloatArray, FloatArray]:

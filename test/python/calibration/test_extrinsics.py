@@ -12,6 +12,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from camera_samples import CAMERAS, apart, cell, off_by
 
 from yarm.calibration.extrinsics import LEAST_POINTS, Refined, averaged, calibrated, pick, refine, sharpen
+from yarm.calibration.surfaces import nearest_surface
+from yarm.geometry import transform_points
 from yarm.geometry.depth_noise import kinect_sigma
 
 CLOUDS, POINTS, NEAR_POINTS = 30, 2000, 8000
@@ -63,8 +65,35 @@ def test_outlines_tell_what_no_face_does(simulated):
     shifted = true.copy()
     shifted[:3, 3] += across
     start = Refined(True, "", shifted)
-    sharp = sharpen(start, points[rows], sigmas[rows], simulated.static, simulated.moving)
+    sharp = sharpen(start, points[rows], sigmas[rows], shifted, simulated.static, simulated.moving)
     assert apart(true, sharp.pose)[0] < 0.003
+    assert sharp.moved_m == pytest.approx(0.008, abs=0.003)
+    assert apart(true, sharp.pose)[0] < 3.0 * sharp.sigma_m < 0.015
+    assert sharp.significance > 1.0
+
+
+def test_outlines_alone_tell_and_their_deviation_says_so(simulated):
+    """Not one point on a face that tells where it is across, as it happens to be: the outline still does."""
+    camera = 4
+    true = simulated.true_pose(camera)
+    points, sigmas = averaged([simulated.cloud(camera, k) for k in range(CLOUDS)])
+    rows = pick(points, true, simulated.static, np.random.default_rng(8), NEAR_POINTS)
+    world = transform_points(true, points[rows])
+    facing = np.abs(nearest_surface(world, simulated.static).normal[:, 1]) < 0.1
+    points, sigmas = points[rows][facing], sigmas[rows][facing]
+    faces = refine(points, sigmas, true, simulated.static, simulated.moving)
+    assert faces.sigma_m > 0.05, "no face tells"
+    sharp = sharpen(faces, points, sigmas, true, simulated.static, simulated.moving)
+    assert sharp.sigma_m < 0.005
+    assert apart(true, sharp.pose)[0] < 3.0 * sharp.sigma_m
+
+
+def test_no_outline_is_told_of_a_bare_floor(simulated):
+    true = simulated.true_pose(1)
+    points, sigmas = averaged([simulated.cloud(1, k) for k in range(CLOUDS)])
+    floor = np.flatnonzero(np.abs(transform_points(true, points)[:, 2]) < 0.01)[::10]
+    told = Refined(True, "", true)
+    assert sharpen(told, points[floor], sigmas[floor], true, ()).sigma_m > 0.05
 
 
 def test_who_passes_through_a_few_pictures_is_left_out(simulated):
