@@ -8,6 +8,8 @@ import subprocess
 from pathlib import Path
 from typing import Dict, List, Tuple
 
+import psutil
+
 from yarm.ros.experiment.launcher import Family
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -98,6 +100,13 @@ class Launched:
     def running(self) -> bool:
         """Whether it has not ended."""
         return self._child.poll() is None
+
+    def kill(self, *words: str) -> None:
+        """SIGKILL to the one process it has started whose command line has all these words, each an argument."""
+        found = [p for p in psutil.Process(self._child.pid).children(recursive=True) if set(words) <= set(p.cmdline())]
+        pids = [p.pid for p in found if not any(other.ppid() == p.pid for other in found)]
+        assert len(pids) == 1, f"{words}: {found}"
+        os.kill(pids[0], signal.SIGKILL)
 
     def output(self) -> str:
         """What it has printed so far."""

@@ -48,8 +48,10 @@ class Restarts:
     Attributes:
         count: times it was started again.
         last: how it ended last; empty before.
+        verdict: its exit code is its verdict: only who was killed is started again.
     """
 
+    verdict: bool = False
     count: int = 0
     last: str = ""
     _deaths_s: List[float] = field(default_factory=list)
@@ -70,6 +72,8 @@ class Restarts:
         self._has_run |= lived_s >= STARTED_S
         if code == 0:
             return Verdict(False, reason="it ended by itself")
+        if code > 0 and self.verdict:
+            return Verdict(False, reason=f"{self.last} is its verdict")
         if code > 0 and not self._has_run:
             return Verdict(False, reason=f"{self.last} {lived_s:.1f} s after its start: it refuses to run")
         self._deaths_s = [at_s for at_s in self._deaths_s if now_s - at_s < WITHIN_S] + [now_s]

@@ -1,9 +1,10 @@
-"""Keeps a program running: ``supervise PROGRAM [ARGUMENT ...]`` (docs/safety.md, "Nodes that die").
+"""Keeps a program running: ``supervise [--verdict] PROGRAM [ARGUMENT ...]`` (docs/safety.md, "Nodes that die").
 
 It is the ``launch-prefix`` of the cell's nodes. roslaunch's own ``respawn`` starts again at once or after a fixed
 pause, for ever and without a word; this one waits longer each time, gives up, and tells the new process in its
 environment, from which it says so on ``/diagnostics``. A program that has given signs of life (``yarm.safety.pulse``)
-and gives none any more is named, then killed, and started again too.
+and gives none any more is named, then killed, and started again too. With ``--verdict`` the program's exit code is its
+verdict and not a death.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ LOOK_S = 0.5
 """Wall time between two looks at a program that runs, s; a sign of life or its end comes at once."""
 NAMED_S, HANGS_S = 3.0, 20.0
 """Wall time without a sign of life after which a program is named, and killed, s."""
+VERDICT = "--verdict"
 PR_SET_PDEATHSIG = 1
 GAVE_UP = 1
 USAGE = 2
@@ -39,13 +41,15 @@ USAGE = 2
 class Supervisor:
     """One program, its restarts, and the signals that are handed on to it."""
 
-    def __init__(self, program: Sequence[str], named_s: float = NAMED_S, hangs_s: float = HANGS_S) -> None:
-        """Nothing is started yet; times as above."""
+    def __init__(
+        self, program: Sequence[str], named_s: float = NAMED_S, hangs_s: float = HANGS_S, verdict: bool = False
+    ) -> None:
+        """Nothing is started yet; times as above, ``verdict`` as of ``Restarts``."""
         self._program = list(program)
         self._named_s, self._hangs_s = named_s, hangs_s
         self._name = os.path.basename(next((w.partition(":=")[2] for w in program if w.startswith("__name:=")), ""))
         self._name = self._name or os.path.basename(program[0])
-        self._restarts = Restarts()
+        self._restarts = Restarts(verdict)
         self._life = f"{os.getpid()}-{time.time_ns()}"
         self._child: Optional[subprocess.Popen[bytes]] = None
         self._stopped_by = 0
@@ -65,7 +69,7 @@ class Supervisor:
                 return code if code >= 0 else 128 - code
             verdict = self._restarts.died(code, began_s, time.monotonic(), hung)
             if not verdict.again:
-                if code != 0:
+                if code != 0 and not (code > 0 and self._restarts.verdict):
                     self._say(f"is not started again: {verdict.reason}")
                 return code if code >= 0 else GAVE_UP
             self._say(f"{self._restarts.last}; started again in {verdict.delay_s:g} s")
@@ -142,11 +146,13 @@ def die_with_parent() -> None:
 
 def main(arguments: List[str]) -> int:
     """The command; its exit code."""
-    if not arguments:
-        sys.stderr.write("usage: supervise PROGRAM [ARGUMENT ...]\n")
+    verdict = arguments[:1] == [VERDICT]
+    program = arguments[verdict:]
+    if not program:
+        sys.stderr.write(f"usage: supervise [{VERDICT}] PROGRAM [ARGUMENT ...]\n")
         return USAGE
     try:
-        return Supervisor(arguments).run()
+        return Supervisor(program, verdict=verdict).run()
     except OSError as error:
-        sys.stderr.write(f"supervise: {arguments[0]} cannot be started: {error}\n")
+        sys.stderr.write(f"supervise: {program[0]} cannot be started: {error}\n")
         return USAGE

@@ -51,5 +51,11 @@ def test_who_has_run_before_is_tried_again_whatever_its_exit_code():
     assert restarts.died(1, 10.0, 10.5).again
 
 
+def test_an_exit_code_that_is_a_verdict_is_no_death():
+    restarts = Restarts(verdict=True)
+    assert not restarts.died(1, 0.0, STARTED_S + 1.0).again
+    assert restarts.died(KILLED, 0.0, STARTED_S + 1.0).again
+
+
 def test_who_is_killed_at_its_start_is_tried_again():
     assert Restarts().died(KILLED, 0.0, 0.1).again

@@ -88,6 +88,25 @@ def test_an_exit_code_at_the_start_is_handed_on_and_nothing_is_tried_again(code)
     assert ("refuses to run" in said) is (code != 0)
 
 
+def test_a_verdict_is_handed_on_without_a_word_and_a_killed_judge_comes_back(book):
+    supervisor = started(
+        "--verdict", sys.executable, "-c", f"{LIVES.replace('1000', '0.1')}\nraise SystemExit(1)", str(book)
+    )
+    said = ended(supervisor)
+    assert (supervisor.returncode, said, len(book.read_text().splitlines())) == (1, "", 1)
+    supervisor = started("--verdict", sys.executable, "-c", LIVES, str(book))
+    os.kill(entry(book, 1)[0], signal.SIGKILL)
+    assert entry(book, 2)[1:] == ("1", "killed by SIGKILL")
+    supervisor.send_signal(signal.SIGINT)
+    ended(supervisor)
+
+
+def test_a_supervisor_without_a_program_says_how_it_is_called():
+    supervisor = started("--verdict")
+    assert "usage: supervise [--verdict] PROGRAM" in ended(supervisor)
+    assert supervisor.returncode == 2
+
+
 def test_a_program_that_is_not_there_is_named():
     supervisor = started("/nowhere/at_all")
     assert "/nowhere/at_all cannot be started" in ended(supervisor)

@@ -305,6 +305,10 @@ class RunInfo:
         parameters: parameters by node.
         layout: where everything was at the start or fell, and how it was pushed: metres, degrees.
         removal: what became of debris: "delete" or "bin".
+        begun_again: how often the cell has begun anew, its simulation having been started again; all that is told is
+            of its last beginning, contacts are of all.
+        unrecorded_s: simulated time that was not recorded because the recording process had died, s; who has touched
+            whom is known of it all the same.
     """
 
     case: str
@@ -321,6 +325,8 @@ class RunInfo:
     parameters: Mapping[str, object] = field(default_factory=dict)
     layout: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     removal: str = Removal.DELETE.value
+    begun_again: int = 0
+    unrecorded_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,13 @@ class Recorder:
         for row in last.values():
             self.pose(now_s, row.robot, row.x_m, row.y_m, row.yaw_rad)
 
+    def begin_again(self) -> None:
+        """The cell has begun anew, time with it: only contacts, and whom they were of, are kept."""
+        self._forget(0.0)
+        self._goal_xy, self._bins = {}, {}
+        for part in self._parts.values():
+            part.forget()
+
     @property
     def waypoints_sent(self) -> int:
         """Waypoints sent to all robots so far."""
@@ -228,7 +235,16 @@ class Recorder:
                 tally = ContactTally(pair, kind, 0, self._since(now_s), links, -math.inf)
             if sample.depth_m > tally.depth_m:
                 tally = replace(tally, links=links, depth_m=sample.depth_m)
-            self._contacts[(pair, kind)] = replace(tally, messages=tally.messages + 1)
+            first_s = min(tally.first_s, self._since(now_s))
+            self._contacts[(pair, kind)] = replace(tally, messages=tally.messages + 1, first_s=first_s)
+
+    def touched(self, now_s: float, pairs: Iterable[str]) -> None:
+        """Every pair, "a b", that the simulator has seen touch and may not; one that was missed is as of now."""
+        for words in pairs:
+            one, other = sorted(words.split(" "))
+            key = ((one, other), ContactKind.FAILURE.value)
+            if key not in self._contacts:
+                self._contacts[key] = ContactTally(key[0], key[1], 0, self._since(now_s), ("", ""), 0.0)
 
     def clearance(self, now_s: float, robot: str, nearest: str, distance_m: float) -> None:
         """Least distance of a robot to anything, metres; its own goal does not count."""

@@ -55,6 +55,10 @@ class PartSquares:
         self._top_m = part.centre[2] + part.size[2] / 2
         self._pose = station.pose
         self._from_world = np.linalg.inv(station.pose)
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing is sanded yet, and nothing known of the manipulator."""
         count = len(self._places)
         self._sanded_s, self._nearest_m = np.full(count, np.nan), np.full(count, np.inf)
         self._speeds, self._tilts = np.full(count, np.nan), np.full(count, np.nan)

@@ -31,6 +31,10 @@ def summary_table(record: RunRecord) -> str:
         f"{info.sim_s:.1f} s simulated in {info.wall_s:.1f} s (real-time factor {_number(info.real_time_factor, 2)})"
     ]
     parts += [f"  wrong: {fault}" for fault in record.faults]
+    if info.begun_again:
+        parts.append(f"  the cell began anew {info.begun_again} times: its simulation was started again")
+    if info.unrecorded_s:
+        parts.append(f"  {info.unrecorded_s:.1f} s were not recorded: the recording process had died")
     header = ("robot", "reached", "at s", "waypoints", "path m", "replans", "plan p50/p99 ms", "clearance m", "nearest")
     rows = [
         (

@@ -6,6 +6,7 @@ stamps (tf buffers, plans, timers, action goals) must start afresh (C++: yarm/sy
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Callable, List, Optional
 
@@ -29,6 +30,12 @@ class ClockWatch:
         self._last: Optional[rospy.Time] = None
         self._callbacks: List[Callable[[], None]] = []
         self._subscriber = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=10)
+
+    @property
+    def newest_s(self) -> float:
+        """The newest time, s; inf before there is any."""
+        with self._lock:
+            return math.inf if self._last is None else float(self._last.to_sec())
 
     def on_reset(self, callback: Callable[[], None]) -> None:
         """Register a function without arguments, called from the subscriber's thread."""

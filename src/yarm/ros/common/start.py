@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 from collections import defaultdict
+from contextlib import suppress
 from typing import Any, Callable, DefaultDict, Tuple
 
 import rosgraph
@@ -71,7 +72,8 @@ def _tell_restarts(name: str) -> None:
         time.sleep(REPORT_PERIOD_S)
         array = DiagnosticArray(status=[status])
         array.header.stamp = rospy.Time.now()
-        publisher.publish(array)
+        with suppress(rospy.ROSException):  # it ends, and the topics are closed
+            publisher.publish(array)
 
 
 def init_command(name: str, wait_s: float = MASTER_WAIT_S, **options: Any) -> None:

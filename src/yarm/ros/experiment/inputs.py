@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
+from typing import Callable, Deque, Dict, List, Mapping, Optional, Set, Tuple
 
 import numpy as np
 import rospy
@@ -29,12 +29,15 @@ from yarm.msg import (
 )
 from yarm.ros.common import names
 from yarm.ros.common.checks import Doorkeeper, plan_fault, pose_fault
+from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform
 
 ENDED = ("reached", "backing_out", "unreachable", "failed")
 """Task statuses of goals the Commander is done with, well or not."""
 DECLARED = ("reached", "backing_out")
 POSE_ACTIONS = ("true", "false")
+AHEAD_S = 0.5
+"""What is stamped so long after the newest time is of the cell before, s."""
 STATUSES = 200
 """Commander's statuses kept; one comes with each change, at least one a second."""
 
@@ -68,7 +71,11 @@ class Snapshot:
 
 
 class ExperimentInputs:
-    """Subscribes to all of it; every callback takes the lock, hands on, and is done."""
+    """Subscribes to all of it; every callback takes the lock, hands on, and is done.
+
+    Attributes:
+        begun_again: how often the cell has begun anew: its simulation was started again, and time went backwards.
+    """
 
     def __init__(self, recorder: Recorder, begun: Callable[[float], None] = lambda now_s: None) -> None:
         """Listen from now on.
@@ -83,7 +90,10 @@ class ExperimentInputs:
         self.recorder = recorder
         self.state = Snapshot()
         self.loop_ms: List[SimStatus] = []
+        self.begun_again = 0
         self._declared: Set[str] = set()
+        self._clock = ClockWatch()
+        self._clock.on_reset(self.forget)
         self._statuses: Deque[CommanderStatus] = deque(maxlen=STATUSES)
         self._frames: Dict[str, str] = {}
         self._goal_frames: Dict[str, str] = {}
@@ -102,6 +112,26 @@ class ExperimentInputs:
             rospy.Subscriber(names.SIM_CLEARANCE, Clearance, self._on_clearance, queue_size=100),
             rospy.Subscriber(names.SIM_STATUS, SimStatus, self._on_sim, queue_size=10),
         ]
+
+    def saved(self) -> Tuple[Recorder, Dict[str, float], Set[str], int, float]:
+        """What is worth being kept, as ``take_up`` takes it; the lock must be held."""
+        return self.recorder, self.state.ended_s, self._declared, self.begun_again, self.state.now_s
+
+    def take_up(self, ended_s: Mapping[str, float], declared: Set[str], begun_again: int) -> None:
+        """Know what a process before has known, whose recorder this one has been given."""
+        with self.lock:
+            self.state.ended_s = {**ended_s, **self.state.ended_s}
+            self._declared |= declared
+            self.begun_again += begun_again
+
+    def forget(self) -> None:
+        """The cell has begun anew, its time with it."""
+        with self.lock:
+            self.begun_again += 1
+            self.state = Snapshot(manipulators={arm: Manipulator() for arm in self.state.manipulators})
+            self._declared.clear()
+            self._statuses.clear()
+            self.recorder.begin_again()
 
     def camera_sets(self) -> int:
         """Camera sets the simulator has published so far."""
@@ -189,6 +219,8 @@ class ExperimentInputs:
 
     def _on_status(self, message: CommanderStatus) -> None:
         with self.lock:
+            if self.begun_again and message.header.stamp.to_sec() > self._clock.newest_s + AHEAD_S:
+                return
             self.state.status = message
             self._statuses.append(message)
             self._note_ended(message)
@@ -247,6 +279,7 @@ class ExperimentInputs:
         with self.lock:
             self.state.sim = message
             self.recorder.in_bins(dict(zip(message.debris, message.bins)), message.lost)
+            self.recorder.touched(message.header.stamp.to_sec(), message.touched)
             self.state.now_s = max(self.state.now_s, message.header.stamp.to_sec())
             self.loop_ms.append(message)
 

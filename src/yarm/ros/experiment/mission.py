@@ -24,6 +24,9 @@ ASK_AGAIN_S = 1.0
 MOMENT_LIMIT_S = 0.5
 SETTLED_S = 0.1
 """In lock-step only what the Commander said this long ago counts, s: whatever is younger may still be under way."""
+NOTICED_S = 2.0
+"""Simulated time in which the Commander notices that the cell has begun anew, s."""
+OFF_STATES = (CommanderStatus.IDLE, CommanderStatus.STARTED)
 MODES = {"bounded": CommanderStatus.BOUNDED, "boundless": CommanderStatus.BOUNDLESS}
 
 
@@ -33,6 +36,10 @@ class MissionError(RuntimeError):
 
 class StoppedError(MissionError):
     """Time stands still where it was to."""
+
+
+class BegunAgainError(MissionError):
+    """The cell has begun anew, its time with it: so must the mission."""
 
 
 class MissionDriver:
@@ -58,10 +65,12 @@ class MissionDriver:
         self._on_wait = on_wait
         self._lock_step = lock_step
         self._asked_s = 0.0
+        self._begun_again = inputs.begun_again
         self._service = rospy.ServiceProxy(names.COMMANDER_STATE, StateChange)
 
     def await_start(self) -> None:
-        """Wait until the Commander answers and simulated time runs."""
+        """Wait until the Commander answers and simulated time runs; in a cell that has begun anew, as well."""
+        self._begun_again, self._asked_s = self._inputs.begun_again, 0.0
         limit_s = self._params.start_limit_s
         began = time.monotonic()
         while True:
@@ -72,16 +81,27 @@ class MissionDriver:
                 raise MissionError(f"after {limit_s:.0f} s of wall time still missing: {missing}")
             self.pause(f"waiting for {missing or 'a moment to begin'}")
 
-    def switch_on_and_calibrate(self) -> None:
-        """From wherever it starts to CALIBRATION, done; redone once when it fails."""
-        self._request("switch on", next_state=True)
-        self._request("calibrate", next_state=True)
+    def switch_on_and_calibrate(self) -> bool:
+        """From wherever it starts to the menu, through CALIBRATION, which is redone once when it fails.
+
+        Returns:
+            whether the Commander is in the mode already: the cell began anew in the midst of its work, or this process.
+        """
+        state = self._settled_state()
+        if state in (CommanderStatus.MENU, MODES[self._params.mode]):
+            return bool(state != CommanderStatus.MENU)
+        if state == CommanderStatus.IDLE:
+            self._request("switch on", next_state=True)
+        if state in OFF_STATES:
+            self._request("calibrate", next_state=True)
         for attempt in range(2):
-            self._await_idle(CommanderStatus.CALIBRATION, self._params.calibration_limit_s, "the calibration")
+            self._wait_for(self._calibrated, self._params.calibration_limit_s, "the calibration")
+            if self._in_mode():
+                return True
             outcome, reason = self.outcome()
             if outcome == Ending.SUCCEEDED:
                 self._request("open the menu", next_state=True)
-                return
+                return False
             if attempt == 0:
                 self._request("calibrate once more", current_state=True)
         raise MissionError(f"calibration ended {outcome!r}: {reason}")
@@ -110,13 +130,12 @@ class MissionDriver:
             self._request("look for more tasks", current_state=True)
 
     def run_mode(self, expected: FrozenSet[str], limit_s: float) -> None:
-        """Enter the mode and wait until every expected goal has ended, asking for more work when there was none.
+        """In the mode wait until every expected goal has ended, asking for more work when there was none.
 
         Args:
             expected: names of the goals that are there or will come.
             limit_s: simulated time this may take, s.
         """
-        self.enter_mode()
         mode = MODES[self._params.mode]
         end_s = self.now_s() + limit_s
         while self.now_s() < end_s:
@@ -134,8 +153,14 @@ class MissionDriver:
 
     def clean_up(self) -> None:
         """Send everybody home."""
-        self._request("clean up", next_state=True)
+        if not self.cleans_up():
+            self._request("clean up", next_state=True)
         self._await_idle(CommanderStatus.CLEANUP, self._params.cleanup_limit_s, "the way home")
+
+    def cleans_up(self) -> bool:
+        """The Commander is at it already."""
+        status = self._newest()
+        return status is not None and bool(status.state == CommanderStatus.CLEANUP)
 
     def outcome(self) -> Tuple[str, str]:
         """How the last work ended, and why."""
@@ -161,12 +186,15 @@ class MissionDriver:
 
         Raises:
             MissionError: ROS shuts down.
+            BegunAgainError: the cell has begun anew.
             StoppedError: time stands still where it was to.
         """
         if self._lock_step is not None and self._lock_step.stopped:
             raise StoppedError("time stands still where it was to")
         if rospy.is_shutdown():
             raise MissionError(CUT_SHORT)
+        if self._inputs.begun_again != self._begun_again:
+            raise BegunAgainError(f"{what}: the simulation was started again, and the cell has begun anew")
         self._on_wait(what)
         if self._lock_step is None:
             time.sleep(POLL_S)
@@ -245,6 +273,26 @@ class MissionDriver:
     def _newest(self) -> Optional[CommanderStatus]:
         with self._inputs.lock:
             return self._inputs.state.status
+
+    def _settled_state(self) -> int:
+        """The Commander's state; when the cell has begun anew, once it has had time to notice."""
+
+        def settled() -> bool:
+            status = self._newest()
+            off = status is not None and status.state in OFF_STATES
+            return status is not None and (not self._begun_again or not off or self.now_s() > NOTICED_S)
+
+        self._wait_for(settled, self._params.start_limit_s, "a word of the Commander")
+        status = self._newest()
+        assert status is not None
+        return int(status.state)
+
+    def _calibrated(self) -> bool:
+        return self._in_mode() or self._idle_in(CommanderStatus.CALIBRATION)
+
+    def _in_mode(self) -> bool:
+        status = self._newest()
+        return status is not None and bool(status.state == MODES[self._params.mode])
 
     def _await_idle(self, state: int, limit_s: float, what: str) -> None:
         self._wait_for(lambda: self._idle_in(state), limit_s, what)

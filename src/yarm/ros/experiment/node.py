@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Optional, Tuple
+from typing import FrozenSet, Optional
 
 import rospy
 
@@ -27,10 +27,11 @@ from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.inputs import ExperimentInputs
 from yarm.ros.experiment.lock_step import LockStep
-from yarm.ros.experiment.mission import MissionDriver, MissionError
+from yarm.ros.experiment.mission import BegunAgainError, MissionDriver, MissionError
 from yarm.ros.experiment.params import ExperimentParams
 from yarm.ros.experiment.replay import Replay
 from yarm.ros.experiment.results import parameters, versions, write_results
+from yarm.ros.experiment.saved import Began, SavedRun, Saver
 from yarm.ros.experiment.soak import Soak
 from yarm.ros.experiment.usage import UsageMeter
 from yarm.sim.scenes.scene import Scene, SceneError, load_scene
@@ -46,7 +47,11 @@ class Experiment:
         """Listen; nothing is driven yet."""
         self._params = params
         self._case: Case = case_of("soak" if params.soak_s > 0.0 else Path(params.case).stem)
-        self._inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0, params.path_period_s))
+        folder = Path(params.results) / self._case.name / str(params.seed)
+        self._saver = Saver(folder)
+        self._found = self._saver.found()
+        fresh = Recorder(GridSpec(), [], 0.0, params.path_period_s)
+        self._inputs = ExperimentInputs(self._found.recorder if self._found else fresh)
         self._filmer = filmer_of(f"{self._case.name}/{params.seed}", params.film_hz)
         self._lock_step = LockStep() if params.sync else None
         self._driver = MissionDriver(self._inputs, params, self._progress, self._lock_step)
@@ -58,36 +63,97 @@ class Experiment:
             self._soak = Soak(self._inputs, self._driver, self._meter, params.seed, say)
         self._said_wall = 0.0
         self._said_sim_s = 0.0
-        self._began: Tuple[float, float, int] = (0.0, time.monotonic(), 0)
+        self._began: Optional[Began] = None
+        self._unrecorded_s = 0.0
+        self._record: Optional[RunRecord] = None
 
     def run(self) -> RunRecord:
         """Drive the whole experiment; whatever goes wrong ends up in the record."""
+        self._saver.begin(self._packed, self._inputs.lock)
+        found = self._found
+        while True:
+            try:
+                record = self._mission(found)
+            except BegunAgainError as error:
+                say(f"{error}; the mission begins anew")
+                found, self._began, self._record, self._unrecorded_s = None, None, None, 0.0
+                continue
+            if self._replay is None:
+                self._driver.release()
+            return record
+
+    def _mission(self, found: Optional[SavedRun]) -> RunRecord:
+        """One mission from the cell's beginning, or from where a process before has died.
+
+        Raises:
+            BegunAgainError: there is another beginning.
+        """
         failure = ""
         try:
             self._scene = load_scene(self._params.case, self._params.seed if self._params.vary else -1)
-            with self._inputs.lock:
-                self._inputs.recorder.follow_parts(parts_of(self._scene))
             own = not self._params.vary or self._params.seed in (-1, self._scene.seed)
             self._case = self._case.for_layout(own, Removal(self._params.removal))
-            self._driver.await_start()
-            self._driver.switch_on_and_calibrate()
-            self._driver.await_raster(self._params.raster, RASTER_LIMIT_S)
-            self._begin()
-            if self._soak is not None:
-                self._driver.enter_mode()
-                self._soak.run(self._params.soak_s)
-            else:
-                limit_s = self._params.limit_s or self._case.limit_s
-                self._driver.run_mode(expected_goals(self._scene), limit_s)
+            if found is not None:
+                self._take_up(found)
+            if self._began is None:
+                with self._inputs.lock:
+                    self._inputs.recorder.follow_parts(parts_of(self._scene))
+                self._start()
+            if self._record is None:
+                self._drive(expected_goals(self._scene))
+        except BegunAgainError:
+            if self._soak is None and self._replay is None:
+                raise
+            failure = "the simulation was started again: a soak, or a replay, cannot go on"
         except (MissionError, SceneError, rospy.ServiceException) as error:
             failure = str(error)
-        record = self._finish(failure)
-        if self._replay is not None:
-            return record
-        if self._params.cleanup and not failure:
+        self._record = record = self._record or self._finish(failure)
+        if self._replay is None and self._params.cleanup and not failure:
+            self._saver.keep()
             record = self._clean_up(record)
-        self._driver.release()
         return record
+
+    def _take_up(self, found: SavedRun) -> None:
+        """Go on where the process before has died.
+
+        Raises:
+            MissionError: the cell is not there.
+        """
+        self._inputs.take_up(found.ended_s, found.declared, found.begun_again)
+        self._driver.await_start()
+        now_s = self._driver.now_s()
+        if now_s < found.now_s:
+            self._inputs.forget()
+            return
+        missed_s = now_s - found.now_s
+        self._began, self._record = found.began, found.record
+        self._unrecorded_s = found.unrecorded_s + missed_s
+        say(f"taken up at {now_s:.1f} s: this process had died; {missed_s:.1f} s are not recorded")
+
+    def _start(self) -> None:
+        """From switching on until the mode is entered, and the mission begins.
+
+        Raises:
+            MissionError: it cannot go on.
+        """
+        self._driver.await_start()
+        at_work = self._driver.switch_on_and_calibrate()
+        if not at_work:
+            self._driver.await_raster(self._params.raster, RASTER_LIMIT_S)
+        self._begin()
+        if not at_work:
+            self._driver.enter_mode()
+
+    def _drive(self, expected: FrozenSet[str]) -> None:
+        """In the mode until the last goal has ended.
+
+        Raises:
+            MissionError: it cannot go on.
+        """
+        if self._soak is not None:
+            self._soak.run(self._params.soak_s)
+        else:
+            self._driver.run_mode(expected, self._params.limit_s or self._case.limit_s)
 
     def replay(self) -> int:
         """Drive up to the decision and say what came of it; exit code 0 only when the cell stands at the same one."""
@@ -101,6 +167,7 @@ class Experiment:
         """Write the results; the folder they are in."""
         folder = Path(self._params.results) / self._case.name / str(self._params.seed)
         folder.mkdir(parents=True, exist_ok=True)
+        self._saver.end()
         if self._filmer is not None:
             self._filmer.end().write(folder / FILM)
         if self._soak is not None:
@@ -115,15 +182,23 @@ class Experiment:
         now_s = self._driver.now_s()
         if self._replay is not None and self._lock_step is not None:
             self._lock_step.stop_at(now_s + self._replay.stop_after_s)
-        self._began = (now_s, time.monotonic(), self._inputs.camera_sets())
+        began = (now_s, time.monotonic(), self._inputs.camera_sets())
         with self._inputs.lock:
+            self._began = began
             self._inputs.recorder.begin(now_s)
             self._inputs.loop_ms.clear()
 
+    def _packed(self) -> SavedRun:
+        """What this knows; the inputs' lock must be held."""
+        recorder, ended_s, declared, begun_again, now_s = self._inputs.saved()
+        known = (begun_again, self._unrecorded_s, self._began, now_s, self._record)
+        return SavedRun(recorder, ended_s, declared, *known)
+
     def _finish(self, failure: str) -> RunRecord:
-        sim_s = self._driver.now_s() - self._began[0]
-        wall_s = time.monotonic() - self._began[1]
-        sets = self._inputs.camera_sets() - self._began[2]
+        began = self._began or (self._driver.now_s(), time.monotonic(), self._inputs.camera_sets())
+        sim_s = self._driver.now_s() - began[0]
+        wall_s = time.monotonic() - began[1]
+        sets = self._inputs.camera_sets() - began[2]
         outcome, reason = self._driver.outcome()
         info = RunInfo(
             self._case.name,
@@ -140,6 +215,8 @@ class Experiment:
             parameters(),
             {} if self._scene is None else layout_of(self._scene),
             self._params.removal,
+            self._inputs.begun_again,
+            self._unrecorded_s,
         )
         lost = self._meter.lost()
         usage = self._meter.finish(sets)
@@ -153,6 +230,8 @@ class Experiment:
     def _clean_up(self, record: RunRecord) -> RunRecord:
         try:
             self._driver.clean_up()
+        except BegunAgainError:
+            raise
         except MissionError as error:
             return replace(record, success=False, faults=(*record.faults, f"cleanup: {error}"))
         return record

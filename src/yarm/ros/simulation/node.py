@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Dict, Optional, Set, Tuple
 
 import rospy
 
@@ -20,6 +20,7 @@ from yarm.ros.simulation.inbox import Inbox
 from yarm.ros.simulation.loop import Pace, Stopwatch, SyncError, missing_acks, run_node
 from yarm.ros.simulation.outbox import CAMERAS, Outbox, frame_poses
 from yarm.ros.simulation.params import SimulationParams
+from yarm.safety.pulse import Pulse
 from yarm.sim.engine.world import STEPS_PER_SECOND, STEPS_PER_TICK, TICK_S, SimWorld, SpawnError
 from yarm.sim.scenes.events import Event, Script, Situation
 from yarm.sim.scenes.scene import load_scene, scene_path, without_shapes
@@ -73,7 +74,9 @@ class SimulationNode:
         self._sets = 0
         self._frames_since_status = 0
         self._reported: Dict[Tuple[str, str], bool] = {}
+        self._touched: Set[str] = set()
         self._watch = Stopwatch()
+        self._pulse = Pulse()
         self._outbox = Outbox(self._world, params.registry)
         self._inbox = Inbox(self._world, self._serve_spawn, self._serve_delete, params.sync)
 
@@ -92,6 +95,7 @@ class SimulationNode:
         self._world.close()
 
     def _running(self) -> bool:
+        self._pulse.beat()
         return not (self._stop.is_set() or rospy.is_shutdown())
 
     def _advance(self) -> None:
@@ -145,7 +149,7 @@ class SimulationNode:
         passed_s = self._frames_since_status * 2 * TICK_S
         if self._just_live or passed_s >= self._params.status_period - 1e-9:
             wall_s, parts = self._watch.take(self._frames_since_status)
-            self._outbox.status(stamp, passed_s / max(wall_s, 1e-9), self._sets, parts)
+            self._outbox.status(stamp, passed_s / max(wall_s, 1e-9), self._sets, parts, self._touched)
             self._frames_since_status = 0
             self._just_live = False
 
@@ -155,6 +159,7 @@ class SimulationNode:
             key = (f"{contact.a.body} {contact.a.link}", f"{contact.b.body} {contact.b.link}")
             if contact.kind is ContactKind.FAILURE and key not in self._reported:
                 self._reported[key] = True
+                self._touched.add(" ".join(sorted((contact.a.body, contact.b.body))))
                 rospy.logwarn(
                     "contact at %.3f s: %s touches %s, %.4f m deep (said once)", stamp.to_sec(), *key, contact.depth_m
                 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, Union
+from typing import Collection, Dict, List, Mapping, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -149,13 +149,16 @@ class Outbox:
             message.distances.append(reading.distance_m)
         self._clearance.publish(message)
 
-    def status(self, stamp: rospy.Time, factor: float, sets: int, parts_ms: Mapping[str, float]) -> None:
-        """Health of the loop."""
+    def status(
+        self, stamp: rospy.Time, factor: float, sets: int, parts_ms: Mapping[str, float], touched: Collection[str]
+    ) -> None:
+        """Health of the loop, and what has become of debris and of who may not touch (``touched``, pairs "a b")."""
         message = SimStatus(real_time_factor=factor, steps=self._world.steps, camera_sets=sets, run=1)
         message.header.stamp = stamp
         message.parts, message.ms_per_frame = list(parts_ms), list(parts_ms.values())
         message.debris = self._world.debris
         message.bins = [self._world.bin_of(name) for name in message.debris]
+        message.touched = sorted(touched)
         message.lost = sum(hand.lost for hand in self._world.hands.values())
         self._status.publish(message)
 

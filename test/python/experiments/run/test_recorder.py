@@ -9,10 +9,13 @@ from typing import Sequence
 import pytest
 
 from python.experiments.run_samples import SPEC, START_S, TOUCH, plan_sample
+from yarm.control.sander.states import SanderState
 from yarm.experiments.run.cases import Case, case_of, expected_goals
 from yarm.experiments.run.record import NodeUsage, PathRow, RunInfo, RunRecord
 from yarm.experiments.run.recorder import ContactSample, Recorder, TaskSample
+from yarm.experiments.run.squares import parts_of
 from yarm.experiments.run.track import Track
+from yarm.geometry.kinds import ContactKind
 from yarm.sim.scenes.scene import load_scene
 
 DONE = RunInfo("x", 1, "boundless", "succeeded")
@@ -186,3 +189,33 @@ def test_goals_that_events_bring_are_expected_too() -> None:
     assert expected_goals(load_scene("single")) == {
         thing.name for thing in load_scene("single").things_of("Target")
     } | {thing.name for thing in load_scene("single").things_of("Debris")}
+
+
+def test_of_a_cell_that_begins_anew_only_contacts_are_kept() -> None:
+    scene = load_scene("1m1ma")
+    recorder = Recorder(SPEC, ["ankurbot_1"], START_S)
+    recorder.follow_parts(parts_of(scene))
+    recorder.pose(START_S, "ankurbot_1", 1.0, 0.0, 0.0)
+    recorder.waypoint(START_S + 1.0, "ankurbot_1", 0.1, 0.0, 0.0)
+    recorder.tasks(START_S + 2.0, [TaskSample("ankurbot_1", "debris_1", "Debris", "reached")])
+    recorder.sander("hc10_barc", SanderState.SCAN_TO_PATH.words, 0.5)
+    recorder.contacts(START_S + 3.0, [TOUCH])
+    recorder.begin_again()
+    recorder.begin(2.0)
+    recorder.pose(3.0, "ankurbot_1", -1.0, 0.0, 0.0)
+    record = finished(recorder)
+    assert [(row.time_s, row.x_m) for row in record.path] == [(1.0, -1.0)]
+    assert (record.waypoints, record.goals, record.robots[0].path_m) == ((), (), 0.0)
+    assert "never came to its raster" in record.squares[0].reason
+    assert recorder.failures == 1
+
+
+def test_a_touch_that_nobody_recorded_is_told_by_the_simulator(recorder: Recorder) -> None:
+    pair = f"{TOUCH.body_a} {TOUCH.body_b}"
+    recorder.touched(START_S + 5.0, [pair])
+    (told,) = finished(recorder).contacts
+    assert (told.kind, told.messages, told.first_s) == (ContactKind.FAILURE, 0, 5.0)
+    recorder.contacts(START_S + 4.0, [TOUCH])
+    recorder.touched(START_S + 6.0, [pair])
+    (told,) = finished(recorder).contacts
+    assert (told.messages, told.first_s, told.depth_m) == (1, 4.0, TOUCH.depth_m)

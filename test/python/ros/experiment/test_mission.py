@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import threading
+from pathlib import Path
+from typing import List
+
 import pytest
 import rospy
+from rosgraph_msgs.msg import Clock
 from yarm.msg import CommanderStatus
-from yarm.srv import StateChangeResponse
+from yarm.srv import StateChangeRequest, StateChangeResponse
 
+from yarm.experiments.run.cases import Case
+from yarm.experiments.run.record import RunInfo
 from yarm.experiments.run.recorder import Recorder
 from yarm.geometry import GridSpec
 from yarm.ros.common.status_age import LOST_S
 from yarm.ros.experiment.inputs import ExperimentInputs
-from yarm.ros.experiment.mission import MissionDriver, MissionError
+from yarm.ros.experiment.mission import BegunAgainError, MissionDriver, MissionError
 from yarm.ros.experiment.params import ExperimentParams
+from yarm.ros.experiment.saved import SavedRun, Saver
+from yarm.safety.supervise import LIFE
 
 LIMIT_S = 30.0
 
@@ -98,3 +107,80 @@ def test_a_commander_that_dies_when_asked_is_asked_again_unless_it_has_done_it(c
 def test_one_that_does_not_come_back_is_named() -> None:
     with pytest.raises(MissionError, match=r"menu: the Commander did not answer \(transport error.*nothing heard from"):
         Mortal(False, back_s=100.0).driver._request("open the menu", next_state=True)
+
+
+class Anew(Cell):
+    """Its simulation is started again after five seconds; the Commander calibrates, and goes on in the mode."""
+
+    def __init__(self, resumes: bool) -> None:
+        self.resumes = resumes
+        super().__init__(spoken_s=LIMIT_S)
+        self.asked: List[str] = []
+        self.driver._service = self.answer
+
+    def say(self) -> None:
+        now_s, again = self.inputs.state.now_s, self.inputs.begun_again
+        calibrates = again and (now_s < 4.0 or not self.resumes)
+        state = CommanderStatus.CALIBRATION if calibrates else CommanderStatus.BOUNDLESS
+        idle = bool(calibrates and now_s >= 4.0)
+        status = CommanderStatus(state=state, busy=not idle, outcome="succeeded" if idle else "")
+        status.header.stamp = rospy.Time.from_sec(now_s)
+        self.inputs._on_status(status)
+
+    def second(self, what: str) -> None:
+        super().second(what)
+        if self.inputs.state.now_s == 5.0 and not self.inputs.begun_again:
+            self.inputs.forget()
+
+    def answer(self, request: StateChangeRequest) -> StateChangeResponse:
+        self.asked.append("next" if request.next_state else "other")
+        return StateChangeResponse(success=True)
+
+
+@pytest.mark.parametrize("resumes", [True, False])
+def test_a_cell_that_begins_anew_is_waited_for_and_begun_with(resumes: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = Anew(resumes)
+    with pytest.raises(BegunAgainError, match="raster at 50 %: the simulation was started again"):
+        cell.driver.await_raster(0.5, LIMIT_S)
+    monkeypatch.setattr(cell.driver, "_missing", lambda: "")
+    cell.driver.await_start()
+    assert cell.driver.switch_on_and_calibrate() is resumes
+    assert cell.asked == ([] if resumes else ["next"]), "the menu is opened by who asks; what was interrupted goes on"
+    assert 4.0 <= cell.inputs.state.now_s <= 5.0
+
+
+def test_words_of_the_cell_before_are_not_taken_for_those_of_the_new_one() -> None:
+    cell = Anew(True)
+    cell.inputs._clock._on_clock(Clock(clock=rospy.Time.from_sec(30.0)))
+    cell.inputs._clock._on_clock(Clock(clock=rospy.Time.from_sec(1.0)))
+    assert cell.inputs.begun_again == 1
+    late = CommanderStatus()
+    late.header.stamp = rospy.Time.from_sec(30.0)
+    cell.inputs._on_status(late)
+    assert cell.inputs.state.status is None
+    late.header.stamp = rospy.Time.from_sec(1.2)
+    cell.inputs._on_status(late)
+    assert cell.inputs.state.now_s == pytest.approx(1.2)
+
+
+def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recorder = Recorder(GridSpec(), ["ankurbot_1"], 2.0)
+    recorder.pose(3.0, "ankurbot_1", 1.0, 0.0, 0.0)
+    run = SavedRun(recorder, {"debris_1": 4.0}, {"debris_1"}, 1, 0.5, (2.0, 7.0, 12), 5.0, None)
+    monkeypatch.setenv(LIFE, "1-2")
+    saver = Saver(tmp_path)
+    assert saver.found() is None
+    saver.begin(lambda: run, threading.Lock())
+    saver.keep()
+    found = Saver(tmp_path).found()
+    assert found is not None
+    assert (found.ended_s, found.began, found.now_s) == (run.ended_s, run.began, run.now_s)
+    found.recorder.pose(4.0, "ankurbot_1", 2.0, 0.0, 0.0)
+    path = found.recorder.finish(RunInfo("x", 1, "boundless"), Case("x", "made up"), 0.12).path
+    assert [(row.time_s, row.x_m) for row in path] == [(1.0, 1.0), (2.0, 2.0)]
+    monkeypatch.setenv(LIFE, "1-3")
+    assert Saver(tmp_path).found() is None, "another supervisor's"
+    monkeypatch.delenv(LIFE)
+    assert Saver(tmp_path).found() is None, "nobody's"
+    saver.end()
+    assert list(tmp_path.iterdir()) == []
