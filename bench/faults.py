@@ -11,7 +11,9 @@ SIGKILL, or SIGSTOP and 5 s of wall time later SIGCONT, or stalls: ten times SIG
 as long until the next, all drawn from the seed. A row a run goes to a CSV file, and one that is there is not run
 again; a run in which nothing was done to anybody, because the cell did not come up, leaves none. Columns: simulated
 time of the fault; wall and simulated time from there to the first message of the node's main topic that is stamped
-0.2 s later or more (of a node that was frozen this includes the 5 s; inf: none came); how far the robots' tips went,
+0.2 s later or more (of a node that was frozen this includes the 5 s; inf: none came; of a simulation that was killed
+the new cell's time; of run_experiment, which sends nothing, until it answers the master's question; of the ROS master,
+under keep_running, wall time until the next one knows a Commander); how far the robots' tips went,
 and how far any joint of the arm turned, from 1 s of simulated time after the fault until then; failure contacts
 by ground truth, whether every goal was reached and the way home made, and what the run says was wrong.
 """
@@ -40,7 +42,15 @@ from faults_page import FAULTS, MOMENTS, NODES, Key, key_of, known_rows, page, w
 from sensor_msgs.msg import JointState
 from sim_time import await_simulated_time
 from tf2_msgs.msg import TFMessage
-from yarm.msg import CommanderStatus, MapMetaData, SafetyStatus, SanderStatus, TransformStampedVector
+from yarm.msg import (
+    CommanderStatus,
+    Contacts,
+    MapMetaData,
+    SafetyStatus,
+    SanderStatus,
+    SimStatus,
+    TransformStampedVector,
+)
 
 from yarm.commander.events import TaskState
 from yarm.control.sander.states import SanderState
@@ -57,8 +67,12 @@ OUTPUTS: Dict[str, Tuple[str, Any]] = {
     "multi_robot_controls_server": (f"{names.move_robot(ROBOT)}/status", GoalStatusArray),
     "hc10_state_machine": (names.sander_status(ARM), SanderStatus),
     "safety_monitor": (names.SAFETY_STATUS, SafetyStatus),
+    "simulation": (names.SIM_CONTACTS, Contacts),
 }
-"""Main topic of each node."""
+"""Main topic of each node that has one."""
+MASTER = "roscore"
+ANEW_S = 1.0
+"""What is stamped so long before the fault is of a cell that has begun anew, s."""
 FROZEN_S = 5.0
 """Wall time that a node is frozen, s."""
 STALLS, STALL_S = 10, (0.05, 0.8)
@@ -90,13 +104,16 @@ class Injector:
         self._tips: Dict[str, List[Tuple[float, float, float]]] = {}
         self._joints: List[Tuple[float, Tuple[float, ...]]] = []
         self._fault: Optional[Tuple[float, float]] = None
+        self._node, self._touched = node, 0
         self.back: Optional[Tuple[float, float]] = None
-        topic, kind = OUTPUTS[node]
+        rospy.Subscriber(names.SIM_STATUS, SimStatus, self._on_sim, queue_size=10)
         rospy.Subscriber(names.COMMANDER_STATUS, CommanderStatus, self._keep("_commander"), queue_size=100)
         rospy.Subscriber(names.sander_status(ARM), SanderStatus, self._keep("_sander"), queue_size=100)
         rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=1000)
         rospy.Subscriber(names.joint_states(ARM), JointState, self._on_joints, queue_size=1000)
-        rospy.Subscriber(topic, kind, self._on_output, queue_size=1000)
+        if node in OUTPUTS:
+            topic, kind = OUTPUTS[node]
+            rospy.Subscriber(topic, kind, self._on_output, queue_size=1000)
 
     def now_there(self) -> bool:
         """Whether the moment is there."""
@@ -138,16 +155,39 @@ class Injector:
         assert self._fault is not None
         at_s, wall_s = self._fault
         back_s, back_wall_s = self.back or (math.inf, math.inf)
+        anew = back_s < at_s
         tip = max((_way(self._between(track, at_s, back_s)) for track in self._tips.values()), default=0.0)
         turned = [joints for _, joints in self._between(self._joints, at_s, back_s)]
         arm = max((max(abs(a - b) for a, b in zip(turned[0], other)) for other in turned), default=0.0)
         return {
             "fault_at_s": at_s,
             "back_wall_s": back_wall_s - wall_s,
-            "back_s": back_s - at_s,
+            "back_s": back_s if anew else back_s - at_s,
             "tip_moved_m": tip,
             "arm_turned_rad": arm,
+            "touched": self._touched,
         }
+
+    def pid(self) -> int:
+        """Process of the node; raises when it, or the master, does not answer."""
+        master = rospy.get_master()
+        if self._node == MASTER:
+            return int(master.getPid()[2])
+        uri = master.lookupNode("/" + self._node)[2]
+        return int(xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2])
+
+    def await_answer(self, killed: int, limit_s: float) -> None:
+        """Until who sends nothing answers again: another process than the one that was killed, if one was (0: none)."""
+        deadline = time.monotonic() + limit_s
+        while time.monotonic() < deadline:
+            try:
+                known = self._node != MASTER or rospy.get_master().lookupNode("/commander")[0] == 1
+                if known and self.pid() != killed:
+                    self.back = (math.nan if self._node == MASTER and killed else rospy.get_time(), time.monotonic())
+                    return
+            except (OSError, TypeError, ValueError, xmlrpc.client.Error):  # it does not answer, or is not known
+                pass
+            time.sleep(0.1)
 
     @staticmethod
     def _between(samples: Sequence[Any], at_s: float, back_s: float) -> List[Any]:
@@ -168,13 +208,17 @@ class Injector:
                 with self._changed:
                     self._tips.setdefault(ROBOT, []).append((transform.header.stamp.to_sec(), at.x, at.y))
 
+    def _on_sim(self, message: SimStatus) -> None:
+        self._touched = len(message.touched)
+
     def _on_joints(self, message: JointState) -> None:
         with self._changed:
             self._joints.append((message.header.stamp.to_sec(), tuple(message.position)))
 
     def _on_output(self, message: Any) -> None:
         with self._changed:
-            fresh = self._fault is not None and message.header.stamp.to_sec() > self._fault[0] + FRESH_S
+            stamp_s, at_s = message.header.stamp.to_sec(), self._fault[0] if self._fault else math.nan
+            fresh = stamp_s > at_s + FRESH_S or stamp_s < at_s - ANEW_S
             if fresh and self.back is None:
                 self.back = (rospy.get_time(), time.monotonic())
             self._changed.notify_all()
@@ -195,16 +239,19 @@ def inject(node: str, fault: str, moment: str, seed: int) -> None:
         return
     until_s = rospy.get_time() + draw.uniform(0.0, DELAY_S)
     injector.wait(lambda: rospy.get_time() >= until_s or not injector.now_there(), WAIT_S)
-    uri = rospy.get_master().lookupNode("/" + node)[2]
-    injector.strike(int(xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]), fault, draw)
+    pid = injector.pid()
+    injector.strike(pid, fault, draw)
     print(json.dumps(injector.figures()), flush=True)
-    injector.wait(lambda: injector.back is not None, WAIT_S)
+    if node in OUTPUTS:
+        injector.wait(lambda: injector.back is not None, WAIT_S)
+    else:
+        injector.await_answer(pid if fault == "kill" else 0, WAIT_S)
     print(json.dumps(injector.figures()), flush=True)
 
 
 def run(key: Key, port: int, results: Path) -> Dict[str, Any]:
     """One run with its own ROS master."""
-    folder, seed = results / "-".join(map(str, key)), key[-1]
+    folder, seed = (results / "-".join(map(str, key))).resolve(), key[-1]
     environment = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}")
     script = str(Path(os.environ["YARM_ROOT"]) / "scripts" / "run_experiment")
     options = [
@@ -220,14 +267,19 @@ def run(key: Key, port: int, results: Path) -> Dict[str, Any]:
         str(port),
     ]
     options += ["--results", str(folder), "--wall-limit", str(WAIT_S)]
+    call = [sys.executable, script, *options]
+    if key[0] == MASTER:
+        keep = str(Path(os.environ["YARM_ROOT"]) / "scripts" / "keep_running")
+        asked = {"case": CASE, "removal": "delete", "seed": seed, "vary": "false", "cleanup": "true", "results": folder}
+        call = [sys.executable, keep, "experiment.launch", *(f"{name}:={value}" for name, value in asked.items())]
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "console.txt").open("w") as log:
-        mission = subprocess.Popen([sys.executable, script, *options], stdout=log, stderr=subprocess.STDOUT)
+        mission = subprocess.Popen(call, stdout=log, stderr=subprocess.STDOUT, env=environment)
         injector = subprocess.Popen(
             [sys.executable, __file__, "--inject", *map(str, key)], env=environment, stdout=subprocess.PIPE, text=True
         )
         try:
-            mission.wait()
+            mission.wait(timeout=2.0 * WAIT_S)
             said = injector.communicate(timeout=60.0)[0].strip().splitlines()
         except subprocess.TimeoutExpired:  # it waits for a node that never came back, or for a fault that never was
             injector.kill()
@@ -236,7 +288,10 @@ def run(key: Key, port: int, results: Path) -> Dict[str, Any]:
             for child in (injector, mission):
                 Family(child).stop()
     figures = json.loads(said[-1]) if said and said[-1].startswith("{") else {"said": "no word of the injector"}
-    return {**figures, **outcome(folder / CASE / str(seed) / "summary.yaml", figures.get("said", ""))}
+    found = outcome(folder / CASE / str(seed) / "summary.yaml", figures.get("said", ""))
+    if key[0] == MASTER and found["contacts"] != "":  # these are of the second start
+        found["contacts"] += figures.get("touched", 0)
+    return {**figures, **found}
 
 
 def outcome(summary: Path, said: str) -> Dict[str, Any]:

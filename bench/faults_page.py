@@ -15,6 +15,9 @@ NODES = (
     "multi_robot_controls_server",
     "hc10_state_machine",
     "safety_monitor",
+    "simulation",
+    "run_experiment",
+    "roscore",
 )
 FAULTS, MOMENTS = ("kill", "stop", "stall"), ("calibration", "step", "pause", "cleanup")
 Key = Tuple[str, str, str, int]
@@ -22,9 +25,11 @@ HEAD = """# Nodes that die or freeze in the midst of a mission
 Written by `python3 bench/faults.py --report` from [its rows](data/faults.csv), whose columns its head explains.
 Case `1m1ma` in physics and real time, with the way home. In a cell: missions that ended well of those that were run,
 failure contacts by ground truth, and the longest simulated time from the fault to the node's next word. `kill`:
-SIGKILL; `stop`: SIGSTOP for 5 s; `stall`: ten times SIGSTOP for 0.05 to 0.8 s, with as long between them. Not in the
-table, because nobody starts them again: the simulation, the recorder and the ROS master. The machine was shared with
-much other work: simulated time is what counts, a second of it took one to five of the wall.
+SIGKILL; `stop`: SIGSTOP for 5 s; `stall`: ten times SIGSTOP for 0.05 to 0.8 s, with as long between them. When the
+simulation was killed the cell begins anew, and its time with it: the time given is of the new cell, and so is the
+mission. `run_experiment` is who records and asks. With the ROS master (`roscore`, under `keep_running`) everything is
+started again, and the mission with it; contacts of both are counted. The machine was shared with much other work:
+simulated time is what counts, a second of it took one to five of the wall.
 """
 
 
