@@ -56,6 +56,9 @@ class CommanderParams:
         form="module:Class",
     )
     particles: int = param(PlannerParams.particles, "", "particles of a search at most", low=3, high=20000)
+    particles_first: int = param(
+        PlannerParams.particles_first, "", "of these the ones that a search begins with", low=3, high=20000
+    )
     turns_deg: Tuple[float, ...] = param(
         PlannerParams.turns_deg, "deg", "turns about the end effector that robots may make", -180.0, 180.0
     )
@@ -183,4 +186,4 @@ class CommanderParams:
     @property
     def planner_params(self) -> PlannerParams:
         """What the planner and the task queue share."""
-        return PlannerParams(particles=self.particles, turns_deg=self.turns_deg)
+        return PlannerParams(self.particles, self.particles_first, turns_deg=self.turns_deg)

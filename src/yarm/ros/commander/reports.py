@@ -53,6 +53,7 @@ def plan_report(shown: ShowPlan, planner: str, stamp_s: float) -> PlanReport:
         refusals=shown.refusals,
         iterations=plan.iterations,
         particles=len(plan.graph.particles),
+        particles_needed=plan.particles,
     )
     report.header.stamp = exact_time(stamp_s)
     report.header.frame_id = names.WORLD_FRAME

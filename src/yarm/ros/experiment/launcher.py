@@ -124,9 +124,7 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--planner", default="yarm", help="yarm, original, ma_astar, lacam, ompl_..., or your own module:Class"
     )
-    options.add_argument(
-        "--particles", type=int, default=PlannerParams.particles, help="particles of the planner, at least"
-    )
+    options.add_argument("--particles", type=int, default=PlannerParams.particles, help="particles of a search at most")
     options.add_argument(
         "--turns",
         type=angles,
