@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Callable, Deque, Dict, List, Mapping, Optional, Set, Tuple
 
@@ -25,6 +26,7 @@ from yarm.msg import (
     MoveRobotActionGoal,
     ObjectRegistry,
     PlanReport,
+    SanderStatus,
     SimStatus,
 )
 from yarm.ros.common import names
@@ -36,6 +38,8 @@ ENDED = ("reached", "backing_out", "unreachable", "failed")
 """Task statuses of goals the Commander is done with, well or not."""
 DECLARED = ("reached", "backing_out")
 POSE_ACTIONS = ("true", "false")
+ARM_WORD_S = 5.0
+"""Wall time that a sander, which speaks ten times a second, has to say whether it is paused, s."""
 AHEAD_S = 0.5
 """What is stamped so long after the newest time is of the cell before, s."""
 STATUSES = 200
@@ -123,6 +127,17 @@ class ExperimentInputs:
             self.state.ended_s = {**ended_s, **self.state.ended_s}
             self._declared |= declared
             self.begun_again += begun_again
+
+    def look_at_arms(self) -> None:
+        """Note who pauses and who works now: what they were told meanwhile was not heard. Silent ones stay as known."""
+        with self.lock:
+            arms = list(self.state.manipulators)
+        for arm in arms:
+            with suppress(rospy.ROSException):
+                found = rospy.wait_for_message(names.sander_status(arm), SanderStatus, timeout=ARM_WORD_S)
+                with self.lock:
+                    if found.state == SanderState.SCAN_TO_PATH:
+                        self.recorder.manipulator(found.header.stamp.to_sec(), arm, found.enabled)
 
     def forget(self) -> None:
         """The cell has begun anew, its time with it."""

@@ -128,6 +128,7 @@ class Experiment:
         missed_s = now_s - found.now_s
         self._began, self._record = found.began, found.record
         self._unrecorded_s = found.unrecorded_s + missed_s
+        self._inputs.look_at_arms()
         say(f"taken up at {now_s:.1f} s: this process had died; {missed_s:.1f} s are not recorded")
 
     def _start(self) -> None:
