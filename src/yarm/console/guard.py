@@ -17,7 +17,7 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 BODY_BYTES = 4096
 """Greatest body of a request."""
 REQUESTS = Rate(50.0, 200.0)
-"""Requests of one peer."""
+"""Requests of one peer, but for commands: those of who has the token are not held up by others at its address."""
 COMMANDS = Rate(5.0, 10.0)
 """Commands with the right token, but for the stop."""
 STOPS = Rate(10.0, 20.0)
@@ -66,7 +66,7 @@ class Guard:
 
     def _refused_at_once(self, request: web.Request) -> Optional[web.Response]:
         """What needs no token to be refused."""
-        if request.path != STOP and not self._requests.take(peer_of(request)):
+        if not request.path.startswith(COMMAND) and not self._requests.take(peer_of(request)):
             return refusal(429, f"too many requests: {REQUESTS.per_s:g} a second are answered")
         fault = host_fault(request.headers.get("Host", ""), self._host)
         if fault:
