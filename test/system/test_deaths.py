@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from support.launched import ROOT, Launched
-from yarm.ros.experiment.keep_running import GONE, pid_of_master
+from yarm.ros.experiment.keep_running import GONE, STOPPED_BY, is_ours, pid_of_master
 from yarm.ros.experiment.ports import free_port
 
 LIMIT_S = 600.0
@@ -97,6 +97,9 @@ def test_a_launch_file_outlives_its_ros_master(master, foreign: bool) -> None:
         first = simulation_at(uri, None, kept)
         pid = pid_of_master(uri)
         assert pid is not None and pid != GONE
+        ask = f"import rosgraph; rosgraph.Master('/who_stops').setParam('{STOPPED_BY}', 'a person')"
+        output_of([sys.executable, "-c", ask], {**os.environ, **environment})
+        time.sleep(1.0)
         os.kill(pid, signal.SIGSTOP)
         time.sleep(1.0)
         os.kill(pid, signal.SIGCONT)
@@ -110,6 +113,8 @@ def test_a_launch_file_outlives_its_ros_master(master, foreign: bool) -> None:
         second = simulation_at(uri, first, kept)
         assert not psutil.pid_exists(first)
         assert f"the ROS master at {uri} is gone" in kept.output()
+        ask = f"import rosgraph; print(rosgraph.Master('/who_looks').getParam('{STOPPED_BY}'))"
+        assert output_of([sys.executable, "-c", ask], {**os.environ, **environment}) == "a person"
         assert kept.interrupt(LIMIT_S) == 128 + signal.SIGINT
         assert not psutil.pid_exists(second)
     assert (pid_of_master(uri) != GONE) is foreign, "a master of somebody else is left alone"
@@ -124,3 +129,8 @@ def test_what_roslaunch_refuses_is_handed_on(master) -> None:
     with Launched([*KEEP], "keep_nothing", environment, ROOT) as kept:
         assert kept.ended(LIMIT_S) == 2
         assert "usage: keep_running LAUNCH_FILE" in kept.output()
+
+
+def test_a_master_of_another_machine_is_awaited_and_not_started_here() -> None:
+    assert is_ours("http://localhost:11311") and is_ours("http://127.0.0.1:11311")
+    assert not is_ours("http://robot.example:11311")

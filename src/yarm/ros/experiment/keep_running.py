@@ -5,7 +5,8 @@
 What roslaunch starts does not outlive the ROS master: roslaunch ends with it, and nodes that a dead master knew are
 unknown to the next one. This starts the master itself (or uses one that is there), then roslaunch; when the master is
 gone it ends what is left, starts or awaits the next master, and starts all of it again. Exit code: that of roslaunch,
-when that ends by itself; 128 and the signal's number when it was told to end; 1 without a master.
+when that ends by itself; 128 and the signal's number when it was told to end; 1 without a master. A person's stop,
+which the master keeps (docs/safety.md), is handed on to the next one.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from contextlib import suppress
 from typing import List, Optional, Sequence
 from urllib.parse import urlparse
 
+from yarm.ros.common import names
 from yarm.ros.experiment.launcher import Family
 from yarm.safety.restarts import Restarts
 
@@ -36,6 +38,7 @@ TOLD_S = 30.0
 LOCAL_PORT = 11311
 USAGE, NO_MASTER = 2, 1
 GONE = -1
+STOPPED_BY = f"/{names.SAFETY_STOPPED_BY}"
 
 
 class _Transport(xmlrpc.client.Transport):
@@ -49,14 +52,27 @@ class _Transport(xmlrpc.client.Transport):
 
 def pid_of_master(uri: str) -> Optional[int]:
     """Process of the ROS master at an address; None when it does not answer in time, ``GONE`` when there is none."""
+    try:
+        answer = _asked(uri, "getPid")
+    except socket.timeout:
+        return None
+    except (OSError, xmlrpc.client.Error):
+        return GONE
+    return answer if isinstance(answer, int) else GONE
+
+
+def _asked(uri: str, what: str, *arguments: object) -> object:
+    """The master's answer; None for a no. Raises when it does not answer."""
     with xmlrpc.client.ServerProxy(uri, transport=_Transport()) as master:
-        try:
-            answer = master.getPid("/keep_running")
-        except socket.timeout:
-            return None
-        except (OSError, xmlrpc.client.Error):
-            return GONE
-    return answer[2] if isinstance(answer, list) and len(answer) == 3 and isinstance(answer[2], int) else GONE
+        answer = getattr(master, what)("/keep_running", *arguments)
+    return answer[2] if isinstance(answer, list) and len(answer) == 3 and answer[0] == 1 else None
+
+
+def is_ours(uri: str) -> bool:
+    """Whether an address is of this machine, where a master can be started."""
+    host = urlparse(uri).hostname
+    own = {"localhost", "127.0.0.1", socket.gethostname(), *map(os.environ.get, ("ROS_HOSTNAME", "ROS_IP"))}
+    return host in own
 
 
 class Keeper:
@@ -74,12 +90,13 @@ class Keeper:
         self._own: Optional[subprocess.Popen[bytes]] = None
         self._restarts = Restarts()
         self._stopped_by = 0
+        self._persons_stop: object = None
 
     def run(self) -> int:
         """Until roslaunch ends by itself, or this is told to end; the exit code."""
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, self._on_signal)
-        foreign = pid_of_master(self._uri) != GONE
+        foreign = pid_of_master(self._uri) != GONE or not is_ours(self._uri)
         began_s = time.monotonic()
         try:
             while self._up(foreign):
@@ -107,6 +124,8 @@ class Keeper:
         while not self._stopped_by:
             now_s = time.monotonic() - began_s
             if (pid_of_master(self._uri) or GONE) != GONE:
+                if self._persons_stop is not None:
+                    _asked(self._uri, "setParam", STOPPED_BY, self._persons_stop)
                 return True
             if not foreign and (now_s > UP_S or (self._own is not None and self._own.poll() is not None)):
                 _say(f"no ROS master came up at {self._uri} within {now_s:.0f} s; does another program use its port?")
@@ -137,6 +156,7 @@ class Keeper:
         while not self._stopped_by:
             found = pid_of_master(self._uri)
             if found is not None:
+                self._note_stop(found == master)
                 return found == master
             silent_s = time.monotonic() - began_s
             if silent_s > NAMED_S and not named:
@@ -146,6 +166,12 @@ class Keeper:
                 self._end_master()
                 return False
         return True
+
+    def _note_stop(self, same: bool) -> None:
+        """Who has stopped everything, if somebody has; of the next master it is not asked, which would know nothing."""
+        if same:
+            with suppress(OSError, xmlrpc.client.Error):
+                self._persons_stop = _asked(self._uri, "getParam", STOPPED_BY)
 
     def _end_master(self) -> None:
         if self._own is not None:
