@@ -140,10 +140,11 @@ class ExperimentInputs:
                         self.recorder.manipulator(found.header.stamp.to_sec(), arm, found.enabled)
 
     def forget(self) -> None:
-        """The cell has begun anew, its time with it."""
+        """The cell has begun anew, its time with it. Who is in it may have been told before its time was."""
         with self.lock:
             self.begun_again += 1
-            self.state = Snapshot(manipulators={arm: Manipulator() for arm in self.state.manipulators})
+            arms = {arm: Manipulator() for arm in self.state.manipulators}
+            self.state = Snapshot(goals=self.state.goals, robots=self.state.robots, manipulators=arms)
             self._declared.clear()
             self._statuses.clear()
             self.recorder.begin_again()

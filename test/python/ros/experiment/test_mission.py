@@ -9,7 +9,7 @@ from typing import List
 import pytest
 import rospy
 from rosgraph_msgs.msg import Clock
-from yarm.msg import CommanderStatus
+from yarm.msg import CommanderStatus, ObjectRegistry, RegisteredObject
 from yarm.srv import StateChangeRequest, StateChangeResponse
 
 from yarm.experiments.run.cases import Case
@@ -161,6 +161,16 @@ def test_words_of_the_cell_before_are_not_taken_for_those_of_the_new_one() -> No
     late.header.stamp = rospy.Time.from_sec(1.2)
     cell.inputs._on_status(late)
     assert cell.inputs.state.now_s == pytest.approx(1.2)
+
+
+def test_who_is_in_a_cell_may_be_told_before_its_time_is() -> None:
+    """The registry is sent once; the new simulation's may come before its clock shows that it is another one's."""
+    cell = Anew(True)
+    robot = RegisteredObject(name="ankurbot_1", object="Mobile", type="dynamic", seed_frame="ankurbot_1/base_link")
+    arm = RegisteredObject(name="hc10_barc", object="Manipulator", type="dynamic", seed_frame="hc10_barc/flange")
+    cell.inputs._on_registry(ObjectRegistry(entries=[robot, arm]))
+    cell.inputs.forget()
+    assert (cell.inputs.state.robots, set(cell.inputs.state.manipulators)) == ({"ankurbot_1"}, {"hc10_barc"})
 
 
 def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
