@@ -129,7 +129,8 @@ class GoalRecord:
         reached: declared reached by the Commander, and true by the simulator's poses; of debris that goes to a bin,
             that it lies in one at the end.
         declared_s: simulated time it was declared reached, s since the mission began; NaN when it never was.
-        distance_m: horizontal distance of the end effector at that moment, metres; NaN when it never was.
+        distance_m: horizontal distance of the end effector at that moment, metres; NaN when it never was, or when
+            nobody recorded then: the Commander's word counts.
         status: last status the Commander gave it.
         reason: why it was not reached; empty when it was.
         bin: the bin it lies in at the end, at rest and in nobody's hand (ground truth); empty for none.

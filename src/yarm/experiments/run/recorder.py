@@ -98,6 +98,7 @@ class Recorder:
         self._bins: Dict[str, str] = {}
         self._lost = 0
         self._parts: Dict[str, PartSquares] = {}
+        self._blind = False
         self._forget(start_s)
 
     def _forget(self, start_s: float) -> None:
@@ -137,6 +138,10 @@ class Recorder:
         self._goal_xy, self._bins = {}, {}
         for part in self._parts.values():
             part.forget()
+
+    def resume(self) -> None:
+        """It goes on after a while in which nobody recorded: what is done by now was done unseen."""
+        self._blind = True
 
     @property
     def waypoints_sent(self) -> int:
@@ -295,10 +300,10 @@ class Recorder:
             if math.isnan(record.declared_s):
                 record = replace(record, robot=sample.robot or record.robot, status=sample.status, reason=sample.reason)
                 if sample.status in (TaskState.REACHED, TaskState.BACKING_OUT):
-                    record = replace(
-                        record, declared_s=self._since(now_s), distance_m=self._distance(record.robot, sample.goal)
-                    )
+                    away_m = math.nan if self._blind else self._distance(record.robot, sample.goal)
+                    record = replace(record, declared_s=self._since(now_s), distance_m=away_m)
             self._goals[sample.goal] = record
+        self._blind = False
 
     def in_bins(self, bins: Mapping[str, str], lost: int = 0) -> None:
         """By ground truth the bin each piece of debris lies in now, empty for none, and how often hands lost one."""
@@ -343,7 +348,8 @@ class Recorder:
         goal = replace(goal, bin=self._bin_of(goal.name))
         if math.isnan(goal.declared_s):
             return goal
-        there = bool(goal.bin) if goes_to_bin(info, goal) else goal.distance_m <= arrival_limit_m
+        near = math.isnan(goal.distance_m) or goal.distance_m <= arrival_limit_m
+        there = bool(goal.bin) if goes_to_bin(info, goal) else near
         return replace(goal, reached=there)
 
     def _bin_of(self, name: str) -> str:

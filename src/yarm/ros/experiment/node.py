@@ -51,6 +51,8 @@ class Experiment:
         self._saver = Saver(folder)
         self._found = self._saver.found()
         fresh = Recorder(GridSpec(), [], 0.0, params.path_period_s)
+        if self._found is not None:
+            self._found.recorder.resume()
         self._inputs = ExperimentInputs(self._found.recorder if self._found else fresh)
         self._filmer = filmer_of(f"{self._case.name}/{params.seed}", params.film_hz)
         self._lock_step = LockStep() if params.sync else None

@@ -1,4 +1,4 @@
-"""What an experiment must still know when its own process has died: kept on the disk, about once a second."""
+"""What an experiment must still know when its own process has died: kept on the disk, about twice a second."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from yarm.experiments.run.recorder import Recorder
 from yarm.safety.supervise import LIFE
 
 FILE = "run.saved"
-PERIOD_S = 1.0
+PERIOD_S = 0.5
 BUSY = 0.02
 """Greatest share of the wall time that is spent on keeping: a long run is kept less often."""
 Began = Tuple[float, float, int]
@@ -70,7 +70,7 @@ class Saver:
         return saved
 
     def begin(self, run: Callable[[], SavedRun], lock: AbstractContextManager[object]) -> None:
-        """Keep what ``run`` gives, which is called with the lock held, about once a second until ``end``."""
+        """Keep what ``run`` gives, which is called with the lock held, about twice a second until ``end``."""
 
         def take() -> bytes:
             with lock:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
@@ -208,6 +209,24 @@ def test_of_a_cell_that_begins_anew_only_contacts_are_kept() -> None:
     assert (record.waypoints, record.goals, record.robots[0].path_m) == ((), (), 0.0)
     assert "never came to its raster" in record.squares[0].reason
     assert recorder.failures == 1
+
+
+def test_what_was_done_while_nobody_recorded_counts_as_the_commander_says(recorder: Recorder) -> None:
+    """Not so what is declared later, by whoever stands elsewhere."""
+    recorder.pose(START_S, "ankurbot_1", 5.0, 0.0, 0.0)
+    recorder.resume()
+    tasks = [TaskSample("ankurbot_1", "debris_1", "Debris", "reached")]
+    recorder.tasks(START_S + 5.0, [*tasks, TaskSample("ankurbot_1", "debris_2", "Debris", "moving")])
+    recorder.pose(START_S + 6.0, "ankurbot_1", 5.0, 0.0, 0.0)
+    recorder.goal_pose("debris_2", 0.0, 0.0)
+    recorder.tasks(START_S + 7.0, [*tasks, TaskSample("ankurbot_1", "debris_2", "Debris", "reached")])
+    unseen, seen = finished(recorder).goals
+    assert (unseen.reached, math.isnan(unseen.distance_m)) == (True, True)
+    assert (seen.reached, seen.distance_m) == (False, 5.0)
+    case, gap = Case("x", "made up", min_pauses=1), replace(DONE, unrecorded_s=2.0)
+    assert "the manipulator paused 0 times, 1 expected" in recorder.finish(DONE, case, 0.12).faults
+    (fault,) = recorder.finish(gap, case, 0.12).faults
+    assert "debris_2 was declared reached while ankurbot_1 stood 5.00 m away" in fault
 
 
 def test_a_touch_that_nobody_recorded_is_told_by_the_simulator(recorder: Recorder) -> None:
