@@ -136,6 +136,7 @@ class ExperimentInputs:
             with suppress(rospy.ROSException):
                 found = rospy.wait_for_message(names.sander_status(arm), SanderStatus, timeout=ARM_WORD_S)
                 with self.lock:
+                    self.state.manipulators[arm].moving = found.enabled
                     if found.state == SanderState.SCAN_TO_PATH:
                         self.recorder.manipulator(found.header.stamp.to_sec(), arm, found.enabled)
 

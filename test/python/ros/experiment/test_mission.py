@@ -9,9 +9,11 @@ from typing import List
 import pytest
 import rospy
 from rosgraph_msgs.msg import Clock
-from yarm.msg import CommanderStatus, ObjectRegistry, RegisteredObject
+from std_msgs.msg import Int8
+from yarm.msg import CommanderStatus, ObjectRegistry, RegisteredObject, SanderStatus
 from yarm.srv import StateChangeRequest, StateChangeResponse
 
+from yarm.control.sander.states import SanderState
 from yarm.experiments.run.cases import Case
 from yarm.experiments.run.record import RunInfo
 from yarm.experiments.run.recorder import Recorder
@@ -171,6 +173,21 @@ def test_who_is_in_a_cell_may_be_told_before_its_time_is() -> None:
     cell.inputs._on_registry(ObjectRegistry(entries=[robot, arm]))
     cell.inputs.forget()
     assert (cell.inputs.state.robots, set(cell.inputs.state.manipulators)) == ({"ankurbot_1"}, {"hc10_barc"})
+
+
+def test_an_arm_that_works_when_it_is_taken_up_is_known_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else its next pause would not be one, as before the first word to it."""
+    inputs = ExperimentInputs(Recorder(GridSpec(), [], 0.0))
+    arm = RegisteredObject(name="hc10_barc", object="Manipulator", type="dynamic", seed_frame="hc10_barc/flange")
+    inputs._on_registry(ObjectRegistry(entries=[arm]))
+    inputs._on_sander(Int8(data=SanderState.SCAN_TO_PATH), "hc10_barc")
+    inputs._on_switch(Int8(data=0), "hc10_barc")
+    assert inputs.recorder.pauses == (), "OFF before the first ON"
+    told = SanderStatus(state=SanderState.SCAN_TO_PATH, enabled=True)
+    monkeypatch.setattr(rospy, "wait_for_message", lambda *_, **__: told)
+    inputs.look_at_arms()
+    inputs._on_switch(Int8(data=0), "hc10_barc")
+    assert [pause.manipulator for pause in inputs.recorder.pauses] == ["hc10_barc"]
 
 
 def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
