@@ -46,7 +46,7 @@ def _head(record: RunRecord) -> str:
         ("mission", f"{info.mode}, {info.outcome or 'never ended'} {info.reason}".rstrip()),
         ("length", f"{info.sim_s:.1f} s simulated"),
         ("the cell began anew", f"{info.begun_again} times (its simulation was started again)"),
-        ("not recorded", f"{info.unrecorded_s:.1f} s (the recording process had died)"),
+        ("not recorded", f"{info.unrecorded_s:.1f} s (the recording process had died, or stood still)"),
         ("planning steps", f"{record.steps.planned}, {record.steps.refused} of them refused by the checker"),
         ("decisions", str(len(record.decisions))),
         ("hash of all decisions", ledger_hash(record.decisions)),

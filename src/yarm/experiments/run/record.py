@@ -308,8 +308,8 @@ class RunInfo:
         removal: what became of debris: "delete" or "bin".
         begun_again: how often the cell has begun anew, its simulation having been started again; all that is told is
             of its last beginning, contacts are of all.
-        unrecorded_s: simulated time that was not recorded because the recording process had died, s; who has touched
-            whom is known of it all the same.
+        unrecorded_s: simulated time that was not recorded because the recording process had died, or stood still, s;
+            who has touched whom is known of it all the same.
     """
 
     case: str

@@ -74,6 +74,8 @@ class PlanSample:
     path: Cells
 
 
+GAP_S = 0.5
+"""Poses, which come 60 times a second, that are farther apart in time have been missed, s."""
 TOGETHER_S = 0.2
 """A plan and the waypoint it sends are heard of within this of each other, in either order."""
 
@@ -104,6 +106,8 @@ class Recorder:
     def _forget(self, start_s: float) -> None:
         """Nothing recorded yet, but contacts and where goals are."""
         self._start_s = start_s
+        self._missed_s = 0.0
+        self._late: Set[str] = set()
         self._track = Track()
         self._last: Dict[str, PathRow] = {}
         self._length_m: Dict[str, float] = dict.fromkeys(self._robots, 0.0)
@@ -142,6 +146,11 @@ class Recorder:
     def resume(self) -> None:
         """It goes on after a while in which nobody recorded: what is done by now was done unseen."""
         self._blind = True
+
+    @property
+    def missed_s(self) -> float:
+        """Simulated time of the mission without a pose, s: the recording process was dead, or stood still."""
+        return self._missed_s
 
     @property
     def waypoints_sent(self) -> int:
@@ -183,6 +192,8 @@ class Recorder:
         if last is not None:
             if row.time_s - last.time_s < self._period_s - 1e-6:
                 return
+            if row.time_s - last.time_s > GAP_S and robot == self._robots[0]:
+                self._missed_s += row.time_s - last.time_s
             self._length_m[robot] += math.hypot(x_m - last.x_m, y_m - last.y_m)
         self._last[robot] = row
         self._track.add(row)
@@ -301,6 +312,9 @@ class Recorder:
                 record = replace(record, robot=sample.robot or record.robot, status=sample.status, reason=sample.reason)
                 if sample.status in (TaskState.REACHED, TaskState.BACKING_OUT):
                     away_m = math.nan if self._blind else self._distance(record.robot, sample.goal)
+                    last = self._last.get(record.robot)
+                    if not self._blind and last is not None and abs(last.time_s - self._since(now_s)) > GAP_S:
+                        self._late.add(sample.goal)
                     record = replace(record, declared_s=self._since(now_s), distance_m=away_m)
             self._goals[sample.goal] = record
         self._blind = False
@@ -348,6 +362,8 @@ class Recorder:
         goal = replace(goal, bin=self._bin_of(goal.name))
         if math.isnan(goal.declared_s):
             return goal
+        if goal.name in self._late:
+            goal = replace(goal, distance_m=self._distance_then(goal))
         near = math.isnan(goal.distance_m) or goal.distance_m <= arrival_limit_m
         there = bool(goal.bin) if goes_to_bin(info, goal) else near
         return replace(goal, reached=there)
@@ -411,6 +427,17 @@ class Recorder:
     def _distance(self, robot: str, goal: str) -> float:
         last, xy = self._last.get(robot), self._goal_xy.get(goal)
         return math.inf if last is None or xy is None else math.hypot(last.x_m - xy[0], last.y_m - xy[1])
+
+    def _distance_then(self, goal: GoalRecord) -> float:
+        """The same of a goal that was declared while poses came late, by its stamp; NaN when none came from then."""
+        rows = [row for row in self._track.rows() if row.robot == goal.robot]
+        later = [row for row in rows if row.time_s > goal.declared_s]
+        xy = self._goal_xy.get(goal.name)
+        if not later or xy is None:
+            return goal.distance_m
+        row = min(rows, key=lambda row: abs(row.time_s - goal.declared_s))
+        near = abs(row.time_s - goal.declared_s) <= GAP_S
+        return math.hypot(row.x_m - xy[0], row.y_m - xy[1]) if near else math.nan
 
     def _since(self, now_s: float) -> float:
         return now_s - self._start_s

@@ -34,7 +34,7 @@ def summary_table(record: RunRecord) -> str:
     if info.begun_again:
         parts.append(f"  the cell began anew {info.begun_again} times: its simulation was started again")
     if info.unrecorded_s:
-        parts.append(f"  {info.unrecorded_s:.1f} s were not recorded: the recording process had died")
+        parts.append(f"  {info.unrecorded_s:.1f} s were not recorded: the recording process had died, or stood still")
     header = ("robot", "reached", "at s", "waypoints", "path m", "replans", "plan p50/p99 ms", "clearance m", "nearest")
     rows = [
         (

@@ -66,7 +66,6 @@ class Experiment:
         self._said_wall = 0.0
         self._said_sim_s = 0.0
         self._began: Optional[Began] = None
-        self._unrecorded_s = 0.0
         self._record: Optional[RunRecord] = None
 
     def run(self) -> RunRecord:
@@ -78,7 +77,7 @@ class Experiment:
                 record = self._mission(found)
             except BegunAgainError as error:
                 say(f"{error}; the mission begins anew")
-                found, self._began, self._record, self._unrecorded_s = None, None, None, 0.0
+                found, self._began, self._record = None, None, None
                 continue
             if self._replay is None:
                 self._driver.release()
@@ -129,7 +128,6 @@ class Experiment:
             return
         missed_s = now_s - found.now_s
         self._began, self._record = found.began, found.record
-        self._unrecorded_s = found.unrecorded_s + missed_s
         self._inputs.look_at_arms()
         say(f"taken up at {now_s:.1f} s: this process had died; {missed_s:.1f} s are not recorded")
 
@@ -194,8 +192,7 @@ class Experiment:
     def _packed(self) -> SavedRun:
         """What this knows; the inputs' lock must be held."""
         recorder, ended_s, declared, begun_again, now_s = self._inputs.saved()
-        known = (begun_again, self._unrecorded_s, self._began, now_s, self._record)
-        return SavedRun(recorder, ended_s, declared, *known)
+        return SavedRun(recorder, ended_s, declared, begun_again, self._began, now_s, self._record)
 
     def _finish(self, failure: str) -> RunRecord:
         began = self._began or (self._driver.now_s(), time.monotonic(), self._inputs.camera_sets())
@@ -219,7 +216,7 @@ class Experiment:
             {} if self._scene is None else layout_of(self._scene),
             self._params.removal,
             self._inputs.begun_again,
-            self._unrecorded_s,
+            self._inputs.recorder.missed_s,
         )
         lost = self._meter.lost()
         usage = self._meter.finish(sets)

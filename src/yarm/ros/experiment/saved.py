@@ -32,7 +32,6 @@ class SavedRun:
         ended_s: when each goal that has ended did, simulated time, s.
         declared: goals that were reached.
         begun_again: how often the cell has begun anew.
-        unrecorded_s: simulated time in which nobody recorded, s.
         began: the mission's beginning; None before it.
         now_s: simulated time, s.
         record: the mission's record, once it has ended; None before.
@@ -42,7 +41,6 @@ class SavedRun:
     ended_s: Dict[str, float]
     declared: Set[str]
     begun_again: int
-    unrecorded_s: float
     began: Optional[Began]
     now_s: float
     record: Optional[RunRecord]

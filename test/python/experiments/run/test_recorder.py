@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Sequence
+from typing import Sequence, Tuple
 
 import pytest
 
@@ -150,7 +150,7 @@ def test_a_pause_that_never_ends_has_no_end(recorder: Recorder) -> None:
 
 def test_only_the_first_declaration_of_a_goal_counts(recorder: Recorder) -> None:
     recorder.goal_pose("debris_1", 0.0, 0.0)
-    recorder.pose(START_S, "ankurbot_1", 0.05, 0.0, 0.0)
+    recorder.pose(START_S + 2.9, "ankurbot_1", 0.05, 0.0, 0.0)
     recorder.tasks(START_S + 3.0, [TaskSample("ankurbot_1", "debris_1", "Debris", "reached")])
     recorder.pose(START_S + 5.0, "ankurbot_1", 2.0, 0.0, 0.0)
     recorder.tasks(START_S + 6.0, [TaskSample("", "debris_1", "Debris", "failed", "gone")])
@@ -227,6 +227,31 @@ def test_what_was_done_while_nobody_recorded_counts_as_the_commander_says(record
     assert "the manipulator paused 0 times, 1 expected" in recorder.finish(DONE, case, 0.12).faults
     (fault,) = recorder.finish(gap, case, 0.12).faults
     assert "debris_2 was declared reached while ankurbot_1 stood 5.00 m away" in fault
+
+
+@pytest.mark.parametrize("poses_first", [False, True])
+def test_words_and_poses_that_come_late_are_put_together_by_their_stamps(poses_first: bool) -> None:
+    """Who stood still for five seconds hears all that was kept for it, topic by topic; of the poses only the last."""
+    for heard_from_s, reached, missed_s in ((1.0, True, 0.0), (4.9, True, 4.0), (2.5, False, 0.0)):
+        recorder = Recorder(SPEC, ["ankurbot_1"], START_S)
+        recorder.goal_pose("debris_1", 0.0, 0.0)
+        away_m = 0.0 if reached else 3.0
+        early = [(0.1 * k, 0.9) for k in range(10)]
+        late = [(0.1 * k, away_m if k <= 25 else 5.0) for k in range(int(10 * heard_from_s), 51)]
+
+        def poses(rows: Sequence[Tuple[float, float]], to: Recorder = recorder) -> None:
+            for time_s, x_m in rows:
+                to.pose(START_S + time_s, "ankurbot_1", x_m, 0.0, 0.0)
+
+        poses([*early, *((0.1 * k, away_m) for k in range(10, 25) if heard_from_s == 2.5)])
+        if poses_first:
+            poses(late)
+        recorder.tasks(START_S + 2.5, [TaskSample("ankurbot_1", "debris_1", "Debris", "reached")])
+        if not poses_first:
+            poses(late)
+        (goal,) = finished(recorder).goals
+        assert goal.reached is reached
+        assert recorder.missed_s == pytest.approx(missed_s)
 
 
 def test_a_touch_that_nobody_recorded_is_told_by_the_simulator(recorder: Recorder) -> None:

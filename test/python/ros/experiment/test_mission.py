@@ -193,7 +193,7 @@ def test_an_arm_that_works_when_it_is_taken_up_is_known_to(monkeypatch: pytest.M
 def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorder = Recorder(GridSpec(), ["ankurbot_1"], 2.0)
     recorder.pose(3.0, "ankurbot_1", 1.0, 0.0, 0.0)
-    run = SavedRun(recorder, {"debris_1": 4.0}, {"debris_1"}, 1, 0.5, (2.0, 7.0, 12), 5.0, None)
+    run = SavedRun(recorder, {"debris_1": 4.0}, {"debris_1"}, 1, (2.0, 7.0, 12), 5.0, None)
     monkeypatch.setenv(LIFE, "1-2")
     saver = Saver(tmp_path)
     assert saver.found() is None
