@@ -148,6 +148,11 @@ class Recorder:
         self._blind = True
 
     @property
+    def heard_s(self) -> float:
+        """Simulated time of the newest pose, s; -inf before any."""
+        return max((row.time_s + self._start_s for row in self._last.values()), default=-math.inf)
+
+    @property
     def missed_s(self) -> float:
         """Simulated time of the mission without a pose, s: the recording process was dead, or stood still."""
         return self._missed_s

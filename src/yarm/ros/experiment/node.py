@@ -14,7 +14,7 @@ from yarm.console.results import FILM
 from yarm.experiments.run.cases import Case, case_of, expected_goals, layout_of
 from yarm.experiments.run.ledger import LedgerError
 from yarm.experiments.run.record import RunInfo, RunRecord
-from yarm.experiments.run.recorder import Recorder
+from yarm.experiments.run.recorder import GAP_S, Recorder
 from yarm.experiments.run.soak import MissionRow, judge_soak, soak_line
 from yarm.experiments.run.squares import parts_of
 from yarm.experiments.run.tables import summary_table
@@ -27,7 +27,7 @@ from yarm.ros.console.filmer import filmer_of
 from yarm.ros.experiment.console import say
 from yarm.ros.experiment.inputs import ExperimentInputs
 from yarm.ros.experiment.lock_step import LockStep
-from yarm.ros.experiment.mission import BegunAgainError, MissionDriver, MissionError
+from yarm.ros.experiment.mission import POLL_S, BegunAgainError, MissionDriver, MissionError
 from yarm.ros.experiment.params import ExperimentParams
 from yarm.ros.experiment.replay import Replay
 from yarm.ros.experiment.results import parameters, versions, write_results
@@ -38,6 +38,8 @@ from yarm.sim.scenes.scene import Scene, SceneError, load_scene
 
 PROGRESS_S = 1.0
 RASTER_LIMIT_S = 300.0
+CATCH_UP_S = 10.0
+"""Wall time that poses which are under way are waited for, s."""
 
 
 class Experiment:
@@ -155,6 +157,16 @@ class Experiment:
             self._soak.run(self._params.soak_s)
         else:
             self._driver.run_mode(expected, self._params.limit_s or self._case.limit_s)
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """A process that has stood still hears words before poses: those until now are waited for, but not for ever."""
+        until, now_s = time.monotonic() + CATCH_UP_S, self._driver.now_s()
+        while self._lock_step is None and time.monotonic() < until:
+            with self._inputs.lock:
+                if self._inputs.recorder.heard_s > now_s - GAP_S:
+                    return
+            time.sleep(POLL_S)
 
     def replay(self) -> int:
         """Drive up to the decision and say what came of it; exit code 0 only when the cell stands at the same one."""
