@@ -28,8 +28,9 @@ failure contacts by ground truth, and the longest simulated time from the fault 
 SIGKILL; `stop`: SIGSTOP for 5 s; `stall`: ten times SIGSTOP for 0.05 to 0.8 s, with as long between them. When the
 simulation was killed the cell begins anew, and its time with it: the time given is of the new cell, and so is the
 mission. `run_experiment` is who records and asks. With the ROS master (`roscore`, under `keep_running`) everything is
-started again, and the mission with it; contacts of both are counted. The machine was shared with much other work:
-simulated time is what counts, a second of it took one to five of the wall.
+started again, and the mission with it; contacts of both are counted. One run of the simulation and six of
+`run_experiment` were not as wanted at first: their causes were mended, and they were run again. The machine was shared
+with much other work: simulated time is what counts, a second of it took one to five of the wall.
 """
 
 
