@@ -180,13 +180,13 @@ class Experiment:
         """Write the results; the folder they are in."""
         folder = Path(self._params.results) / self._case.name / str(self._params.seed)
         folder.mkdir(parents=True, exist_ok=True)
-        self._saver.end()
         if self._filmer is not None:
             self._filmer.end().write(folder / FILM)
         if self._soak is not None:
             write_rows(folder / "missions.csv", MissionRow, self._soak.rows)
             say(soak_line(self._soak.rows))
         write_results(record, folder, self._params.plots)
+        self._saver.end()
         return folder.resolve()
 
     def _begin(self) -> None:
