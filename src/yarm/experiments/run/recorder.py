@@ -262,7 +262,7 @@ class Recorder:
     def touched(self, now_s: float, pairs: Iterable[str]) -> None:
         """Every pair, "a b", that the simulator has seen touch and may not; one that was missed is as of now."""
         for words in pairs:
-            one, other = sorted(words.split(" "))
+            one, other = sorted(words.split())
             key = ((one, other), ContactKind.FAILURE.value)
             if key not in self._contacts:
                 self._contacts[key] = ContactTally(key[0], key[1], 0, self._since(now_s), ("", ""), 0.0)

@@ -23,6 +23,7 @@ from yarm.msg import (
     PlanReport,
     SafetyStatus,
     SanderStatus,
+    SimStatus,
     StepAck,
     TrackedObjects,
     TransformStampedVector,
@@ -174,6 +175,16 @@ def plan_fault(message: PlanReport) -> str:
     return ""
 
 
+def sim_fault(message: SimStatus) -> str:
+    """Lengths and pairs of what the simulator knows of its bodies."""
+    if len(message.debris) != len(message.bins):
+        return f"{len(message.debris)} pieces of debris, but {len(message.bins)} bins"
+    for pair in message.touched:
+        if len(pair.split()) != 2:
+            return f"touched must be pairs of bodies, 'a b'; there is {pair!r}"
+    return ""
+
+
 def tracks_fault(message: TrackedObjects, now_s: float) -> str:
     """Numbers, identities and stamp of what is followed."""
     numbers = [one.id for one in message.objects]
@@ -251,6 +262,7 @@ __all__: Tuple[str, ...] = (
     "sander_fault",
     "seeds_fault",
     "sender_of",
+    "sim_fault",
     "stamp_fault",
     "transform_fault",
 )

@@ -30,7 +30,7 @@ from yarm.msg import (
     SimStatus,
 )
 from yarm.ros.common import names
-from yarm.ros.common.checks import Doorkeeper, plan_fault, pose_fault
+from yarm.ros.common.checks import Doorkeeper, plan_fault, pose_fault, sim_fault
 from yarm.ros.common.clock import ClockWatch
 from yarm.ros.common.conversions import matrix_of_transform, pose2_of_transform
 
@@ -104,6 +104,7 @@ class ExperimentInputs:
         self._flange_frames: Dict[str, str] = {}
         self._fixed: Dict[str, Pose2] = {}
         self._plan_door, self._goal_door = Doorkeeper(names.PLAN_REPORT), Doorkeeper("a robot's goal")
+        self._sim_door = Doorkeeper(names.SIM_STATUS)
         self._robot_topics: Dict[str, List[rospy.Subscriber]] = {}
         self._subscribers = [
             rospy.Subscriber("/tf", TFMessage, self._on_tf, queue_size=100, tcp_nodelay=True),
@@ -293,6 +294,8 @@ class ExperimentInputs:
             self.recorder.decision(now_s, message.number, message.kind, message.robot, message.goal, message.text)
 
     def _on_sim(self, message: SimStatus) -> None:
+        if self._sim_door.refuses(message, sim_fault(message)):
+            return
         with self.lock:
             self.state.sim = message
             self.recorder.in_bins(dict(zip(message.debris, message.bins)), message.lost)

@@ -21,6 +21,7 @@ from yarm.msg import (
     RegisteredObject,
     SafetyStatus,
     SanderStatus,
+    SimStatus,
     StepAck,
     TrackedObject,
     TrackedObjects,
@@ -244,6 +245,21 @@ def test_an_acknowledgement_counts_only_from_its_own_node(sender, taken):
     ack = StepAck(node="commander", commands_sent=10**6)
     ack._connection_header = {"callerid": sender}
     assert (checks.ack_fault(ack) == "") is taken
+
+
+@pytest.mark.parametrize(
+    ("said", "fault"),
+    [
+        ({"touched": ["ankurbot_1 debris_2"], "debris": ["debris_1"], "bins": [""]}, ""),
+        ({"touched": ["ankurbot_1 debris_2", "ankurbot_1"]}, "pairs of bodies, 'a b'; there is 'ankurbot_1'"),
+        ({"touched": ["a b c"]}, "there is 'a b c'"),
+        ({"touched": [""]}, "there is ''"),
+        ({"debris": ["debris_1", "debris_2"], "bins": [""]}, "2 pieces of debris, but 1 bins"),
+    ],
+)
+def test_what_the_simulator_says_of_its_bodies_is_pairs(said, fault):
+    found = checks.sim_fault(SimStatus(**said))
+    assert fault in found if fault else found == ""
 
 
 def test_the_door_names_the_sender_and_does_not_repeat_itself(monkeypatch):
