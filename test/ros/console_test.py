@@ -16,6 +16,7 @@ import urllib.request
 from pathlib import Path
 
 import numpy as np
+import psutil
 import rospy
 import rostest
 from tf2_msgs.msg import TFMessage
@@ -36,6 +37,7 @@ from support.room_bag import LENGTH_S, ODOM_AT_M, SPEED_MPS, write_room_bag
 
 ROBOT, TARGET = "ankurbot_1", "target_1"
 RESULTS = Path(os.environ["ROS_HOME"]) / "kept"
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 LOAD = Path(__file__).resolve().parents[1] / "support" / "console_load.py"
 NEAR_M = 0.05
 REST_S, RESTS_FOR_S, REST_MPS = 0.5, 1.0, 0.03
@@ -85,10 +87,10 @@ class ConsoleTest(CommanderDriver):
         cls.browser = cls.loop.run_until_complete(cls.open.enter_async_context(chromium()))
 
     @classmethod
-    def start_console(cls, port):
+    def start_console(cls, port, program=("rosrun", "yarm", "console")):
         """Start one on a port, and give the address that it prints."""
         cls.console = subprocess.Popen(
-            ["rosrun", "yarm", "console", f"_port:={port}", f"_results:={RESULTS}"],
+            [*program, f"_port:={port}", f"_results:={RESULTS}"],
             stdout=subprocess.PIPE,
             text=True,
             bufsize=1,
@@ -330,6 +332,27 @@ class ConsoleTest(CommanderDriver):
         run = f"document.querySelector('[data-run=\"by_hand/console/{sheet.parent.name}\"]')"
         self.shows(f"((button) => button && (button.click(), true))({run})")
         self.shows("[...document.querySelectorAll('#run a')].some((link) => link.textContent === 'proof sheet')")
+
+    def test_9_supervised_it_comes_back_at_its_address_with_its_token(self):
+        """At a port that was a free one; the page goes on as if nothing had been."""
+        self.console.kill()
+        self.console.wait()
+        self.address = self.start_console(0, (SCRIPTS / "supervise", SCRIPTS / "console"))
+        self.loop.run_until_complete(self.browser.open(self.address))
+        self.shows("window.yarmConsole && yarmConsole.pictures() > 1 && document.querySelector('#banner').hidden")
+        (first,) = psutil.Process(self.console.pid).children()
+        first.kill()
+        self.shows("document.querySelector('#banner').textContent.includes('no connection to the console')")
+        self.loop.run_until_complete(self.browser.call("Page.bringToFront"))
+        self.shows("document.querySelector('#banner').hidden && yarmConsole.pictures() > 1")
+        (second,) = psutil.Process(self.console.pid).children()
+        self.assertNotEqual(first.pid, second.pid)
+        self.assertTrue(self.safety.latched)
+        self.page("document.querySelector('#release').click()")
+        self.shows("!document.querySelector('#confirm').hidden")
+        self.page("document.querySelector('#confirm').click()")
+        self.wait(lambda: not self.safety.latched, "the release")
+        self.assertTrue(self.page("document.querySelector('#token-form').hidden"))
 
 
 if __name__ == "__main__":

@@ -110,6 +110,13 @@ class Film:
             block.entries.append((time_s, pieces_of(state)))
             block.times.append(time_s)
 
+    def begin_with(self, before: Film) -> None:
+        """All that another film has comes first."""
+        with self._lock:
+            self._blocks.extend(before._blocks)
+            self._events.update(before._events)
+            self.notes.extend(before.notes)
+
     def note(self, text: str) -> None:
         """What a person who looks at it should know, once."""
         if text not in self.notes and len(self.notes) < MOST_NOTES:
@@ -136,6 +143,12 @@ class Film:
             if 0 <= at < len(self._blocks):
                 return self._blocks[at].data
             return self._open.closed().data if at == len(self._blocks) and self._open.times else None
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks have been closed, those that are gone included."""
+        with self._lock:
+            return self._first + len(self._blocks)
 
     def bytes_kept(self) -> int:
         """Bytes of all closed blocks."""

@@ -19,6 +19,7 @@ import time
 from io import FileIO
 from typing import List, Optional, Sequence, Tuple
 
+from yarm.safety.kept import KEPT, made
 from yarm.safety.pulse import PULSE
 from yarm.safety.restarts import Restarts
 
@@ -51,6 +52,7 @@ class Supervisor:
         self._name = self._name or os.path.basename(program[0])
         self._restarts = Restarts(verdict)
         self._life = f"{os.getpid()}-{time.time_ns()}"
+        self._kept = made()
         self._child: Optional[subprocess.Popen[bytes]] = None
         self._stopped_by = 0
 
@@ -113,13 +115,13 @@ class Supervisor:
 
     def _start(self, pulse: int) -> subprocess.Popen[bytes]:
         """In a session of its own, so that each signal reaches it once, from here; it dies with this process."""
-        environment = {**os.environ, LIFE: self._life, PULSE: str(pulse)}
+        environment = {**os.environ, LIFE: self._life, PULSE: str(pulse), KEPT: str(self._kept)}
         if self._restarts.count:
             environment.update({RESTARTS: str(self._restarts.count), LAST_END: self._restarts.last})
         return subprocess.Popen(
             self._program,
             env=environment,
-            pass_fds=(pulse,),
+            pass_fds=(pulse, self._kept),
             start_new_session=True,
             preexec_fn=die_with_parent,  # noqa: PLW1509 (there are no threads)
         )

@@ -12,6 +12,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from yarm.safety.kept import KEPT, Kept, made
+
 ROOT = Path(__file__).resolve().parents[3]
 SUPERVISE = [sys.executable, str(ROOT / "scripts" / "supervise")]
 LIMIT_S = 60.0
@@ -171,3 +173,47 @@ def test_a_program_that_never_gave_a_sign_is_left_alone(book):
     supervisor.send_signal(signal.SIGINT)
     assert "sign of life" not in ended(supervisor)
     assert len(book.read_text().splitlines()) == 1
+
+
+KEEPS = """
+import os, pathlib, sys, time
+from yarm.safety.kept import Kept
+kept = Kept()
+words = kept.words()
+kept.keep({"token": "x" * 300 if not words else words["token"][:7], "port": "8470"})
+with pathlib.Path(sys.argv[1]).open("a") as out:
+    out.write(f"{os.getpid()} {words.get('token', '')} {words}\\n")
+time.sleep(1000)
+"""
+
+
+def test_what_a_program_keeps_is_there_for_the_next_one(book):
+    supervisor = started(sys.executable, "-c", KEEPS, str(book))
+    found = []
+    for number in range(3):
+        pid, token, words = entry(book, number)
+        found.append((token, words))
+        os.kill(pid, signal.SIGKILL)
+    supervisor.send_signal(signal.SIGINT)
+    ended(supervisor)
+    assert found[0] == ("", "{}")
+    assert found[1][0] == "x" * 300
+    assert found[2] == ("x" * 7, str({"token": "x" * 7, "port": "8470"}))
+
+
+def test_without_a_supervisor_nothing_is_kept(monkeypatch):
+    monkeypatch.delenv(KEPT, raising=False)
+    kept = Kept()
+    kept.keep({"token": "x"})
+    assert kept.words() == {}
+
+
+@pytest.mark.parametrize("data", [b"", b"{", b"[1]", b"\xff"])
+def test_words_that_cannot_be_read_are_none(data, monkeypatch):
+    file = made()
+    try:
+        monkeypatch.setenv(KEPT, str(file))
+        os.pwrite(file, data, 0)
+        assert Kept().words() == {}
+    finally:
+        os.close(file)

@@ -25,15 +25,24 @@ POLL_S = 0.1
 class Filmer:
     """Listens, and takes a picture whenever it is time to, on a thread of its own."""
 
-    def __init__(self, title: str, rate_hz: float, now_s: Callable[[], float] = rospy.get_time) -> None:
+    def __init__(
+        self,
+        title: str,
+        rate_hz: float,
+        now_s: Callable[[], float] = rospy.get_time,
+        before: Optional[Film] = None,
+    ) -> None:
         """Begin.
 
         Args:
             title: of the film.
             rate_hz: pictures a second of simulated time.
             now_s: gives simulated time, s.
+            before: what a process before has left, if there was one.
         """
         self.film = Film(title, KEPT_S)
+        if before is not None:
+            self.film.begin_with(before)
         self._period_s, self._now_s = 1.0 / rate_hz, now_s
         self._book = SystemBook(private_areas, throttled(rospy.logwarn))
         self._last_s = 0.0
@@ -60,6 +69,6 @@ class Filmer:
         self.film.add(now_s, self._book.parts(), self._book.state(now_s, time.monotonic()))
 
 
-def filmer_of(title: str, rate_hz: float) -> Optional[Filmer]:
+def filmer_of(title: str, rate_hz: float, before: Optional[Film] = None) -> Optional[Filmer]:
     """One that has begun, or none when no picture is wanted (0 a second)."""
-    return Filmer(title, rate_hz) if rate_hz > 0.0 else None
+    return Filmer(title, rate_hz, before=before) if rate_hz > 0.0 else None

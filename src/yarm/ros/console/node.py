@@ -11,8 +11,10 @@ import argparse
 import asyncio
 import logging
 import sys
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Optional, Sequence
+from typing import Callable, Optional, Sequence
 
 import rospy
 from aiohttp import web
@@ -30,6 +32,8 @@ from yarm.ros.common.start import init_command
 from yarm.ros.console.links import RosCell
 from yarm.ros.console.recorded import recorded
 from yarm.ros.console.view import LiveView
+from yarm.safety.kept import Kept
+from yarm.safety.pulse import PERIOD_S, Pulse
 
 FAILED = 1
 EVERY_INTERFACE = ("0.0.0.0", "::")
@@ -50,25 +54,36 @@ def address(host: str, port: int, token: str) -> str:
     return f"http://{shown}:{port}/#token={token}" if is_loopback(host) else f"http://{shown}:{port}/?token={token}"
 
 
-async def serve(application: web.Application, params: ConsoleParams, made_token: str) -> None:
+async def serve(
+    application: web.Application, params: ConsoleParams, made_token: str, told: Callable[[int], None]
+) -> None:
     """Until the node is shut down.
+
+    Args:
+        application: what is served.
+        params: host and port.
+        made_token: what the address that is printed has; empty when the person has it already.
+        told: takes the port that was got.
 
     Raises:
         OSError: the address cannot be listened on.
     """
-    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+    loop, ended, pulse = asyncio.get_running_loop(), asyncio.Event(), Pulse()
     runner = web.AppRunner(application, access_log=None)
     await runner.setup()
     try:
         await web.TCPSite(runner, params.host, params.port).start()
         port = runner.addresses[0][1]
+        told(port)
         sys.stdout.write(f"console: {address(params.host, port, made_token)}\n")
         if params.token_file:
             sys.stdout.write(f"console: commands need the token in {params.token_file}\n")
         sys.stdout.flush()
         rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
-        if not rospy.is_shutdown():
-            await ended.wait()
+        while not rospy.is_shutdown() and not ended.is_set():
+            pulse.beat()
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(ended.wait(), PERIOD_S)
     finally:
         await runner.cleanup()
 
@@ -99,7 +114,7 @@ def show_recorded(run: Path, export: Optional[Path], port: int) -> int:
             return 0
         params = build(ConsoleParams, {"port": port, "results": str(found.results)})
         server = ConsoleServer(params, new_token(), found.film, resource("web"), logging.getLogger(__name__).warning)
-        asyncio.run(serve(server.application(), params, ""))  # there is nothing to command
+        asyncio.run(serve(server.application(), params, "", lambda port: None))  # there is nothing to command
     except (FilmError, ResultError, ParamError, OSError) as error:
         sys.stderr.write(f"console: {error}\n")
         return FAILED
@@ -117,14 +132,19 @@ def main() -> int:
 
 
 def serve_live() -> int:
-    """Run the node; its exit code."""
+    """Run the node; its exit code. One that is started again has the port and the token of the one before."""
     init_command(names.CONSOLE_NODE)
+    kept = Kept()
+    before = kept.words()
     try:
         params = load_params(ConsoleParams)
-        token = read_token(Path(params.token_file)) if params.token_file else new_token()
-        made = "" if params.token_file else token
+        params = replace(params, port=int(before.get("port", params.port)))
+        made = "" if params.token_file else before.get("token") or new_token()
+        token = made or read_token(Path(params.token_file))
         server = ConsoleServer(params, token, Live(RosCell(), LiveView(params)), resource("web"), rospy.logwarn)
-        asyncio.run(serve(server.application(), params, made))
+        asyncio.run(
+            serve(server.application(), params, made, lambda port: kept.keep({"port": str(port), "token": made}))
+        )
     except (ParamError, TokenError) as error:
         sys.stderr.write(f"console: {error}\n")
         return FAILED

@@ -123,9 +123,7 @@ class Keeper:
         began_s, told_s = time.monotonic(), -TOLD_S
         while not self._stopped_by:
             now_s = time.monotonic() - began_s
-            if (pid_of_master(self._uri) or GONE) != GONE:
-                if self._persons_stop is not None:
-                    _asked(self._uri, "setParam", STOPPED_BY, self._persons_stop)
+            if (pid_of_master(self._uri) or GONE) != GONE and self._hand_stop_on():
                 return True
             if not foreign and (now_s > UP_S or (self._own is not None and self._own.poll() is not None)):
                 _say(f"no ROS master came up at {self._uri} within {now_s:.0f} s; does another program use its port?")
@@ -135,6 +133,15 @@ class Keeper:
                 _say(f"waits for a ROS master at {self._uri}: start one (roscore)")
             time.sleep(POLL_S)
         return False
+
+    def _hand_stop_on(self) -> bool:
+        """Tell a new master who has stopped everything; whether it has heard, or there was nothing to tell."""
+        if self._persons_stop is None:
+            return True
+        try:
+            return _asked(self._uri, "setParam", STOPPED_BY, self._persons_stop) is not None
+        except (OSError, xmlrpc.client.Error):
+            return False
 
     def _live(self) -> Optional[int]:
         """One roslaunch from its start to its end: its exit code; None when it was ended here."""

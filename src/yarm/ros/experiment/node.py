@@ -56,7 +56,8 @@ class Experiment:
         if self._found is not None:
             self._found.recorder.resume()
         self._inputs = ExperimentInputs(self._found.recorder if self._found else fresh)
-        self._filmer = filmer_of(f"{self._case.name}/{params.seed}", params.film_hz)
+        before = self._saver.film() if self._found else None
+        self._filmer = filmer_of(f"{self._case.name}/{params.seed}", params.film_hz, before)
         self._lock_step = LockStep() if params.sync else None
         self._driver = MissionDriver(self._inputs, params, self._progress, self._lock_step)
         self._replay = Replay(params, self._inputs) if params.replay else None
@@ -69,17 +70,18 @@ class Experiment:
         self._said_sim_s = 0.0
         self._began: Optional[Began] = None
         self._record: Optional[RunRecord] = None
+        self._failure = ""
 
     def run(self) -> RunRecord:
         """Drive the whole experiment; whatever goes wrong ends up in the record."""
-        self._saver.begin(self._packed, self._inputs.lock)
+        self._saver.begin(self._packed, self._inputs.lock, self._filmer.film if self._filmer else None)
         found = self._found
         while True:
             try:
                 record = self._mission(found)
             except BegunAgainError as error:
                 say(f"{error}; the mission begins anew")
-                found, self._began, self._record = None, None, None
+                found, self._began, self._record, self._failure = None, None, None, ""
                 continue
             if self._replay is None:
                 self._driver.release()
@@ -91,7 +93,6 @@ class Experiment:
         Raises:
             BegunAgainError: there is another beginning.
         """
-        failure = ""
         try:
             self._scene = load_scene(self._params.case, self._params.seed if self._params.vary else -1)
             own = not self._params.vary or self._params.seed in (-1, self._scene.seed)
@@ -107,11 +108,11 @@ class Experiment:
         except BegunAgainError:
             if self._soak is None and self._replay is None:
                 raise
-            failure = "the simulation was started again: a soak, or a replay, cannot go on"
+            self._failure = "the simulation was started again: a soak, or a replay, cannot go on"
         except (MissionError, SceneError, rospy.ServiceException) as error:
-            failure = str(error)
-        self._record = record = self._record or self._finish(failure)
-        if self._replay is None and self._params.cleanup and not failure:
+            self._failure = str(error)
+        self._record = record = self._record or self._finish(self._failure)
+        if self._replay is None and self._params.cleanup and not self._failure:
             self._saver.keep()
             record = self._clean_up(record)
         return record
@@ -129,9 +130,12 @@ class Experiment:
             self._inputs.forget()
             return
         missed_s = now_s - found.now_s
-        self._began, self._record = found.began, found.record
+        self._began, self._record, self._failure = found.began, found.record, found.failure
         self._inputs.look_at_arms()
-        say(f"taken up at {now_s:.1f} s: this process had died; {missed_s:.1f} s are not recorded")
+        words = f"taken up at {now_s:.1f} s: this process had died; {missed_s:.1f} s are not recorded"
+        say(words)
+        if self._filmer is not None:
+            self._filmer.film.note(words)
 
     def _start(self) -> None:
         """From switching on until the mode is entered, and the mission begins.
@@ -160,11 +164,16 @@ class Experiment:
             self._catch_up()
 
     def _catch_up(self) -> None:
-        """A process that has stood still hears words before poses: those until now are waited for, but not for ever."""
+        """A process that has stood still hears words before poses: those until now are waited for, but not for ever.
+
+        So is, where something was missed, who has touched whom until now: ``sim/status``, once a second.
+        """
         until, now_s = time.monotonic() + CATCH_UP_S, self._driver.now_s()
         while self._lock_step is None and time.monotonic() < until:
             with self._inputs.lock:
-                if self._inputs.recorder.heard_s > now_s - GAP_S:
+                recorder, sim = self._inputs.recorder, self._inputs.state.sim
+                told = sim is not None and sim.header.stamp.to_sec() >= now_s
+                if recorder.heard_s > now_s - GAP_S and (told or recorder.missed_s == 0.0):
                     return
             time.sleep(POLL_S)
 
@@ -204,7 +213,7 @@ class Experiment:
     def _packed(self) -> SavedRun:
         """What this knows; the inputs' lock must be held."""
         recorder, ended_s, declared, begun_again, now_s = self._inputs.saved()
-        return SavedRun(recorder, ended_s, declared, begun_again, self._began, now_s, self._record)
+        return SavedRun(recorder, ended_s, declared, begun_again, self._began, now_s, self._record, self._failure)
 
     def _finish(self, failure: str) -> RunRecord:
         began = self._began or (self._driver.now_s(), time.monotonic(), self._inputs.camera_sets())

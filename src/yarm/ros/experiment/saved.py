@@ -6,16 +6,17 @@ import os
 import pickle
 import threading
 import time
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Dict, Optional, Set, Tuple
 
+from yarm.console.film import Film, FilmError
 from yarm.experiments.run.record import RunRecord
 from yarm.experiments.run.recorder import Recorder
 from yarm.safety.supervise import LIFE
 
-FILE = "run.saved"
+FILE, FILM = "run.saved", "film.saved"
 PERIOD_S = 0.5
 BUSY = 0.02
 """Greatest share of the wall time that is spent on keeping: a long run is kept less often."""
@@ -35,6 +36,7 @@ class SavedRun:
         began: the mission's beginning; None before it.
         now_s: simulated time, s.
         record: the mission's record, once it has ended; None before.
+        failure: why it could not go on; empty when nothing was in its way.
     """
 
     recorder: Recorder
@@ -44,6 +46,7 @@ class SavedRun:
     began: Optional[Began]
     now_s: float
     record: Optional[RunRecord]
+    failure: str
 
 
 class Saver:
@@ -51,7 +54,8 @@ class Saver:
 
     def __init__(self, folder: Path) -> None:
         """Nothing is written yet."""
-        self._path = folder / FILE
+        self._path, self._film_path = folder / FILE, folder / FILM
+        self._film, self._blocks = Film(), 0
         self._life = os.environ.get(LIFE, "").encode()
         self._writing, self._ended = threading.Lock(), threading.Event()
         self._take: Optional[Callable[[], bytes]] = None
@@ -67,15 +71,31 @@ class Saver:
         saved: SavedRun = pickle.loads(run)
         return saved
 
-    def begin(self, run: Callable[[], SavedRun], lock: AbstractContextManager[object]) -> None:
-        """Keep what ``run`` gives, which is called with the lock held, about twice a second until ``end``."""
+    def film(self) -> Optional[Film]:
+        """The film of the process before, but for its last seconds; None when there is none."""
+        with suppress(FilmError):
+            return Film.read(self._film_path) if self._film_path.is_file() else None
+        return None
+
+    def begin(
+        self, run: Callable[[], SavedRun], lock: AbstractContextManager[object], film: Optional[Film] = None
+    ) -> None:
+        """Keep what ``run`` gives, which is called with the lock held, about twice a second until ``end``.
+
+        Args:
+            run: gives what is kept.
+            lock: that it is called with.
+            film: is kept, too, with each block of it that is whole.
+        """
 
         def take() -> bytes:
             with lock:
                 return pickle.dumps(run(), protocol=pickle.HIGHEST_PROTOCOL)
 
         if self._life:
-            self._take = take
+            if self.found() is None:
+                self._film_path.unlink(missing_ok=True)
+            self._take, self._film = take, film or self._film
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._thread = threading.Thread(target=self._run, daemon=True)
             self._thread.start()
@@ -88,6 +108,12 @@ class Saver:
             new = self._path.with_suffix(".new")
             new.write_bytes(self._life + b"\n" + self._take())
             new.replace(self._path)
+            blocks = self._film.blocks
+            if blocks != self._blocks:
+                self._blocks = blocks
+                new = self._film_path.with_suffix(".new")
+                self._film.write(new)
+                new.replace(self._film_path)
 
     def end(self) -> None:
         """Nothing needs to be taken up any more."""
@@ -95,6 +121,7 @@ class Saver:
         if self._thread is not None:
             self._thread.join()
             self._path.unlink(missing_ok=True)
+            self._film_path.unlink(missing_ok=True)
 
     def _run(self) -> None:
         pause_s = PERIOD_S

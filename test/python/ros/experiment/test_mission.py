@@ -13,6 +13,8 @@ from std_msgs.msg import Int8
 from yarm.msg import CommanderStatus, ObjectRegistry, RegisteredObject, SanderStatus
 from yarm.srv import StateChangeRequest, StateChangeResponse
 
+from yarm.console.film import Film
+from yarm.console.wire import encode
 from yarm.control.sander.states import SanderState
 from yarm.experiments.run.cases import Case
 from yarm.experiments.run.record import RunInfo
@@ -193,7 +195,7 @@ def test_an_arm_that_works_when_it_is_taken_up_is_known_to(monkeypatch: pytest.M
 def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorder = Recorder(GridSpec(), ["ankurbot_1"], 2.0)
     recorder.pose(3.0, "ankurbot_1", 1.0, 0.0, 0.0)
-    run = SavedRun(recorder, {"debris_1": 4.0}, {"debris_1"}, 1, (2.0, 7.0, 12), 5.0, None)
+    run = SavedRun(recorder, {"debris_1": 4.0}, {"debris_1"}, 1, (2.0, 7.0, 12), 5.0, None, "no way")
     monkeypatch.setenv(LIFE, "1-2")
     saver = Saver(tmp_path)
     assert saver.found() is None
@@ -202,6 +204,7 @@ def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeyp
     found = Saver(tmp_path).found()
     assert found is not None
     assert (found.ended_s, found.began, found.now_s) == (run.ended_s, run.began, run.now_s)
+    assert found.failure == "no way"
     found.recorder.pose(4.0, "ankurbot_1", 2.0, 0.0, 0.0)
     path = found.recorder.finish(RunInfo("x", 1, "boundless"), Case("x", "made up"), 0.12).path
     assert [(row.time_s, row.x_m) for row in path] == [(1.0, 1.0), (2.0, 2.0)]
@@ -209,5 +212,34 @@ def test_what_was_kept_is_taken_up_by_the_same_life_only(tmp_path: Path, monkeyp
     assert Saver(tmp_path).found() is None, "another supervisor's"
     monkeypatch.delenv(LIFE)
     assert Saver(tmp_path).found() is None, "nobody's"
+    saver.end()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_film_is_kept_by_whole_blocks_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(LIFE, "1-2")
+    (tmp_path / "film.saved").write_bytes(b"of another life")
+    run = SavedRun(Recorder(GridSpec(), ["ankurbot_1"], 2.0), {}, set(), 0, None, 5.0, None, "")
+    film, saver = Film("a run"), Saver(tmp_path)
+    film.note("taken up")
+    saver.begin(lambda: run, threading.Lock(), film)
+    assert Saver(tmp_path).film() is None, "another run's"
+    for second in range(8):
+        film.add(float(second), {}, encode({"now_s": second}, {}))
+    saver.keep()
+    before = Saver(tmp_path).film()
+    assert before is not None
+    after = Film("a run")
+    after.begin_with(before)
+    after.add(9.0, {}, encode({"now_s": 9}, {}))
+    index = after.index()
+    assert [(b["first_s"], b["last_s"], b["pictures"]) for b in index["blocks"]] == [
+        (0.0, 4.0, 5),
+        (5.0, 7.0, 3),
+        (9.0, 9.0, 1),
+    ]
+    assert index["notes"] == ["taken up"]
+    (tmp_path / "film.saved").write_bytes(b"torn")
+    assert Saver(tmp_path).film() is None
     saver.end()
     assert list(tmp_path.iterdir()) == []
