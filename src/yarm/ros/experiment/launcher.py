@@ -142,8 +142,8 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--hidden",
         choices=[policy.value for policy in HiddenPolicy],
-        default=HiddenPolicy.FREE.value,
-        help="what cells that no camera sees count as (docs/planning.md)",
+        help="what cells that no camera sees count as (docs/planning.md); unless given known_bodies, "
+        "free with the published planner, original",
     )
     options.add_argument(
         "--debris-size",
@@ -295,7 +295,6 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "planner": options.planner,
         "particles": options.particles,
         "execution": options.execution,
-        "hidden": options.hidden,
         "debris_size": debris_size(options),
         "speed": 1.0 if options.speed is None else options.speed,
         "raster": options.raster,
@@ -303,6 +302,8 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "soak_s": options.soak,
         "results": Path(options.results).resolve(),
     }
+    if options.hidden:
+        values["hidden"] = options.hidden
     flags = {name: getattr(options, name) for name in ("rviz", "sync", "bag", "cleanup")}
     arms = working_arms(options.case)
     flags["sander"] = bool(arms)
