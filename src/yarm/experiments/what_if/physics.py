@@ -7,6 +7,7 @@ import math
 import signal
 import subprocess
 import tempfile
+import threading
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -43,8 +44,54 @@ CHECKED = "check_steps"
 LEAST_PRIORITY = "19"
 DROP_M = 0.005
 """Debris is put down from so high, metres."""
-RUNNING: Set[subprocess.Popen[bytes]] = set()
-"""The runs of this process that go on now."""
+
+
+class Runs:
+    """The runs of this process that go on now; after an interrupt none is begun any more. Thread-safe."""
+
+    def __init__(self) -> None:
+        """None yet."""
+        self.going: Set[subprocess.Popen[bytes]] = set()
+        self._interrupted = False
+        self._lock = threading.Lock()
+
+    def allow(self) -> None:
+        """Runs may be begun again."""
+        with self._lock:
+            self._interrupted = False
+
+    def interrupt(self) -> None:
+        """End all of them, as Ctrl-C does."""
+        with self._lock:
+            self._interrupted = True
+            for run in self.going:
+                run.send_signal(signal.SIGINT)
+
+    def to_the_end(self, call: Sequence[str]) -> Tuple[int, str]:
+        """Exit code and last words of a run, which ends by itself when this thread does.
+
+        Raises:
+            RuntimeError: there was an interrupt.
+        """
+        with self._lock:
+            if self._interrupted:
+                raise RuntimeError("interrupted before it began")
+            run = subprocess.Popen(
+                ["setpriv", "--pdeathsig", "INT", *call],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+            )
+            self.going.add(run)
+        try:
+            said = run.communicate()[1].decode(errors="replace")
+        finally:
+            with self._lock:
+                self.going.discard(run)
+        return run.returncode, said
+
+
+RUNS = Runs()
 
 
 def physics() -> TrialKind[WhatIfSpec, WhatIfResult]:
@@ -56,11 +103,11 @@ def physics() -> TrialKind[WhatIfSpec, WhatIfResult]:
 def runs_at_once(count: int) -> Iterator[Executor]:
     """So many runs in physics beside each other; an exception inside, as by Ctrl-C, ends them."""
     pool = ThreadPoolExecutor(count)
+    RUNS.allow()
     try:
         yield pool
     except BaseException:
-        for run in tuple(RUNNING):
-            run.send_signal(signal.SIGINT)
+        RUNS.interrupt()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
@@ -93,7 +140,7 @@ def run_physics(spec: WhatIfSpec) -> WhatIfResult:
             file.write_text(written)
             case = [str(file), "--nominal"]
         call = [*experiment_command(), "--case", *case, *_options(spec), "--nice", LEAST_PRIORITY]
-        done, said = _end_of([*call, "--results", folder])
+        done, said = RUNS.to_the_end([*call, "--results", folder])
         found = sorted(Path(folder).glob("*/*/summary.yaml"))
         if not found:
             raise RuntimeError(f"run_experiment left no results (exit code {done}): {said[-500:]}")
@@ -111,22 +158,6 @@ def run_physics(spec: WhatIfSpec) -> WhatIfResult:
         int(summary["steps"]["refused"]),
         tuple(summary["faults"]),
     )
-
-
-def _end_of(call: Sequence[str]) -> Tuple[int, str]:
-    """Exit code and last words of a run, which ends by itself when this thread does."""
-    run = subprocess.Popen(
-        ["setpriv", "--pdeathsig", "INT", *call],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-    )
-    RUNNING.add(run)
-    try:
-        said = run.communicate()[1].decode(errors="replace")
-    finally:
-        RUNNING.discard(run)
-    return run.returncode, said
 
 
 def _options(spec: WhatIfSpec) -> List[str]:

@@ -143,8 +143,21 @@ def test_an_interrupt_ends_the_runs_that_go_on(monkeypatch: pytest.MonkeyPatch, 
         work = pool.submit(physics.run_physics, spec)
         until((tmp_path / "up").exists)
         raise KeyboardInterrupt
-    assert told.exists() and wait([work]).done and not physics.RUNNING
+    assert told.exists() and wait([work]).done and not physics.RUNS.going
     assert "exit code 130" in str(work.exception())
+
+
+def test_after_an_interrupt_no_run_is_begun(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cell: Cell) -> None:
+    """One that waits for its turn must not take it when the one before has been ended."""
+    code = f"open({str(tmp_path / 'up')!r}, 'w')"
+    monkeypatch.setattr(physics, "RUNS", physics.Runs())
+    monkeypatch.setattr(physics, "experiment_command", lambda: [sys.executable, "-c", code])
+    (spec,) = specs_of(cell, [alternative("")], 1, 1, LIMITS, in_physics=True)
+    with pytest.raises(KeyboardInterrupt), runs_at_once(1):
+        raise KeyboardInterrupt
+    with pytest.raises(RuntimeError, match="interrupted before it began"):
+        physics.run_physics(spec)
+    assert not (tmp_path / "up").exists()
 
 
 def test_a_run_ends_with_the_thread_that_has_started_it(tmp_path: Path) -> None:
@@ -152,7 +165,8 @@ def test_a_run_ends_with_the_thread_that_has_started_it(tmp_path: Path) -> None:
     up = tmp_path / "up"
     inner = f"import os,time\nopen({str(up)!r}, 'w').write(str(os.getpid()))\ntime.sleep(600)"
     code = (
-        f"import sys\nfrom yarm.experiments.what_if import physics\nphysics._end_of([sys.executable, '-c', {inner!r}])"
+        "import sys\nfrom yarm.experiments.what_if import physics\n"
+        f"physics.RUNS.to_the_end([sys.executable, '-c', {inner!r}])"
     )
     with subprocess.Popen([sys.executable, "-c", code]) as asking:
         until(lambda: up.exists() and up.read_text() != "")
