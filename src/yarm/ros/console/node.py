@@ -55,7 +55,10 @@ def address(host: str, port: int, token: str) -> str:
 
 
 async def serve(
-    application: web.Application, params: ConsoleParams, made_token: str, told: Callable[[int], None]
+    application: web.Application,
+    params: ConsoleParams,
+    made_token: str,
+    told: Callable[[int], None] = lambda port: None,
 ) -> None:
     """Until the node is shut down.
 
@@ -114,7 +117,7 @@ def show_recorded(run: Path, export: Optional[Path], port: int) -> int:
             return 0
         params = build(ConsoleParams, {"port": port, "results": str(found.results)})
         server = ConsoleServer(params, new_token(), found.film, resource("web"), logging.getLogger(__name__).warning)
-        asyncio.run(serve(server.application(), params, "", lambda port: None))  # there is nothing to command
+        asyncio.run(serve(server.application(), params, ""))  # there is nothing to command
     except (FilmError, ResultError, ParamError, OSError) as error:
         sys.stderr.write(f"console: {error}\n")
         return FAILED
