@@ -15,9 +15,10 @@ import rospy
 import rostest
 from actionlib import SimpleActionClient
 from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import Point
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float32, Int8
-from yarm.msg import Contacts, MoveRobotAction, MoveRobotGoal, SanderStatus
+from yarm.msg import Contacts, KeepOff, MoveRobotAction, MoveRobotGoal, SanderStatus
 
 from yarm.control.arm.model import ArmKinematics, load_arm
 from yarm.control.sander.raster import coverage
@@ -32,6 +33,7 @@ ARM = "hc10_barc"
 PART = ((-0.45, -0.30), (-0.05, 0.30))
 PART_TOP_M, TOOL_RADIUS_M = 0.73, 0.06
 WAIT_S = 120.0
+NOTHING, KEPT_M = KeepOff(), 0.35
 
 
 class SanderTest(unittest.TestCase):
@@ -98,8 +100,8 @@ class SanderTest(unittest.TestCase):
             if not contact.allowed and ARM in (contact.body_a, contact.body_b):
                 cls.contacts.append(f"{contact.body_a} {contact.link_a} - {contact.body_b} {contact.link_b}")
 
-    def act(self, action: str, state: int = GoalStatus.SUCCEEDED) -> str:
-        self.participant.ask(lambda: self.client.send_goal(MoveRobotGoal(action=action)))
+    def act(self, action: str, state: int = GoalStatus.SUCCEEDED, keep_off: KeepOff = NOTHING) -> str:
+        self.participant.ask(lambda: self.client.send_goal(MoveRobotGoal(action=action, keep_off=keep_off)))
         self.assertTrue(self.client.wait_for_result(rospy.Duration(WAIT_S)), f"{action}: no result")
         message = self.client.get_result().message
         self.assertEqual(self.client.get_state(), state, f"{action}: {message}")
@@ -180,7 +182,16 @@ class SanderTest(unittest.TestCase):
         last = earlier[earlier[:, 2] < PART_TOP_M + 0.004][-1]
         self.assertLess(float(np.linalg.norm(first - last)), 0.02)
 
-    def test_4_the_whole_part_is_sanded(self) -> None:
+    def test_4_told_what_to_keep_off_it_sands_elsewhere_then_the_whole_part(self) -> None:
+        tips_before = len(self.tips)
+        self.act("ON", keep_off=KeepOff([Point(*PART[0], 0.0)], KEPT_M))
+        self.wait(lambda: "too near" in self.status.reason and self.status.lifted, "all that may be sanded now")
+        tips = np.array(self.tips[tips_before:])
+        low = tips[tips[:, 2] < PART_TOP_M + 0.004]
+        low = low[np.linalg.norm(low - low[0], axis=1) > 0.05]  # it was sanding there when it was told
+        self.assertGreater(len(low), 100)
+        self.assertGreater(float(np.linalg.norm(low[:, :2] - PART[0], axis=1).min()), KEPT_M - 0.01)
+        self.assertLess(self.status.progress, 0.9)
         self.act("ON")
         self.wait(lambda: self.status.progress >= 1.0 and self.status.lifted, "the raster's end")
         tilts = np.array(self.tilts)  # kept after each tip, so there are at least as many tips

@@ -125,9 +125,21 @@ class Target:
 
 
 @dataclass(frozen=True)
+class KeepOff:
+    """Places (x, y), metres, world, and how far the tip of a manipulator must stay away from them, metres."""
+
+    places: Tuple[Tuple[float, float], ...] = ()
+    distance_m: float = 0.0
+
+
+NOTHING = KeepOff()
+
+
+@dataclass(frozen=True)
 class SendGoal:
     """Send a MoveRobot goal; ``target`` is None for goals without a pose, ``via`` where to go by without stopping.
 
+    ``keep_off`` is of manipulators alone.
     ``purpose`` (of ``Purpose``) and ``why`` are for the ledger.
     """
 
@@ -138,6 +150,7 @@ class SendGoal:
     via: Tuple[Target, ...] = ()
     purpose: str = field(default="", compare=False)
     why: str = field(default="", compare=False)
+    keep_off: KeepOff = NOTHING
 
 
 @dataclass(frozen=True)

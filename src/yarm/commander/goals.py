@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Dict, List, Optional, Tuple
 
-from yarm.commander.events import CancelGoal, GoalDone, SendGoal, Target
+from yarm.commander.events import NOTHING, CancelGoal, GoalDone, KeepOff, SendGoal, Target
 from yarm.geometry import wrap_angle
 from yarm.planning.model.types import Waypoint
 from yarm.robots.ankurbot import ARM_REACH_M
@@ -84,11 +84,12 @@ class GoalBook:
         start: Optional[Waypoint] = None,
         via: Tuple[Target, ...] = (),
         why: str = "",
+        keep_off: KeepOff = NOTHING,
     ) -> SendGoal:
         """Note a new goal, to a target by other poses, and why; it replaces the robot's active one."""
         self._serial += 1
         self.active[robot] = ActiveGoal(robot, self._serial, purpose, action, target, now_s, start, best_s=now_s)
-        return SendGoal(robot, self._serial, action, target, via, purpose.value, why)
+        return SendGoal(robot, self._serial, action, target, via, purpose.value, why, keep_off)
 
     def cancel(self, robot: str, now_s: float, why: str, replans: bool = False) -> List[CancelGoal]:
         """Cancel a robot's goal; nothing when it has none or it was cancelled already.

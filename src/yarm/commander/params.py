@@ -166,6 +166,9 @@ class CommanderParams:
         0.30, "m", "tip of a manipulator nearer than this to debris or a robot: OFF", low=0.0
     )
     resume_distance_m: float = param(0.40, "m", "farther than this: ON again", low=0.0)
+    sand_elsewhere: bool = param(
+        False, "", "manipulators are told where debris and robots are, or will be, and sand elsewhere meanwhile"
+    )
 
     @property
     def checking(self) -> CheckSteps:

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, FrozenSet, List, Optional, Tuple
 
 import numpy as np
 
-from yarm.commander.cell_state import CellState
-from yarm.commander.events import Action, GoalDone, Level, Log, Outcome
+from yarm.commander.cell_state import CellState, TrackedRobot
+from yarm.commander.events import NOTHING, Action, GoalDone, KeepOff, Level, Log, Outcome
 from yarm.commander.goals import Purpose
 from yarm.control.actions import ArmAction
 from yarm.control.sander.states import SanderState
 from yarm.geometry import GridSpec, IntArray
-from yarm.planning.model.types import GoalKind
+from yarm.planning.model.types import Column, GoalKind
 
 RETRY_S = 0.5
 """A switch that failed is sent again after this long, s."""
+NEWS_S = 0.5
+"""What a manipulator is to keep off is told again not before this, s."""
+STAYS_ON_M, GOES_ON_M = 0.04, 0.01
+"""Farther than where it is paused while it sands, and than where it is let go on while it is paused, metres."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +34,15 @@ class Near:
 
 @dataclass
 class _Switch:
-    """What was sent to one manipulator: ``wanted`` as sent last, ``applied`` as confirmed, None when unknown."""
+    """What was sent to one manipulator: ``wanted`` as sent last, ``applied`` as confirmed, None when unknown.
+
+    ``columns`` are those it was told to keep off.
+    """
 
     wanted: Optional[bool] = None
     applied: Optional[bool] = None
     sent_s: float = -math.inf
+    columns: FrozenSet[Column] = frozenset()
 
 
 def distance_to_cells(spec: GridSpec, point: Tuple[float, float], cells: IntArray) -> float:
@@ -116,10 +124,56 @@ class Supervisor:
         else:
             wanted = bool(switch.wanted)
         settled = switch.applied is wanted or (goal is not None and switch.wanted is wanted)
-        if settled or (switch.wanted is wanted and now_s - switch.sent_s < RETRY_S):
+        columns = self._columns_near(name)
+        news = columns != switch.columns and now_s - switch.sent_s >= NEWS_S
+        if not news and (settled or (switch.wanted is wanted and now_s - switch.sent_s < RETRY_S)):
             return []
-        switch.wanted, switch.sent_s = wanted, now_s
+        changed = switch.wanted is not wanted
+        switch.wanted, switch.sent_s, switch.columns = wanted, now_s, columns
         what = "nothing near" if not near.name else f"{near.name} at {near.distance_m:.2f} m"
+        what = f"{what}; keeps off {len(columns)} columns" if columns else what
         action = ArmAction.ON if wanted else ArmAction.OFF
-        text = f"{name} {action.value}: {what}"
-        return [Log(Level.INFO, text), cell.goals.send(name, Purpose.SWITCH, action.value, now_s, why=what)]
+        order = cell.goals.send(
+            name, Purpose.SWITCH, action.value, now_s, why=what, keep_off=self._keep_off(columns, wanted)
+        )
+        return [Log(Level.INFO, f"{name} {action.value}: {what}"), order] if changed else [order]
+
+    def _columns_near(self, name: str) -> FrozenSet[Column]:
+        """Columns about a manipulator's area in which debris or a robot is, or will be when its step ends."""
+        cell = self._cell
+        if not cell.params.sand_elsewhere or cell.map is None:
+            return frozenset()
+        spec, debris = cell.map.spec, cell.of_kind(GoalKind.DEBRIS)
+        cells = [piece.cells for piece in debris]
+        cells += [_on_its_way(cell, robot) for _, robot in sorted(cell.robots.items())]
+        seeds = np.array([spec.column_of(piece.position_m) for piece in debris], dtype=np.int64).reshape(-1, 2)
+        columns = np.concatenate([seeds, *(found[:, :2] for found in cells)])
+        margin = math.ceil(cell.params.resume_distance_m / float(min(spec.resolution[:2])))
+        area = cell.private_areas(margin).get(name)
+        inside = np.all((columns >= 0) & (columns < np.array(spec.shape[:2])), axis=1)
+        columns = columns[inside]
+        if area is not None:
+            columns = columns[area[tuple(columns.T)]]
+        return frozenset((int(x), int(y)) for x, y in columns)
+
+    def _keep_off(self, columns: FrozenSet[Column], is_on: bool) -> KeepOff:
+        """Places along the columns' edges; so far from them it is not paused, or once it is, is let go on."""
+        if not columns or self._cell.map is None:
+            return NOTHING
+        spec, params = self._cell.map.spec, self._cell.params
+        halves = {(2 * x + i, 2 * y + j) for x, y in columns for i in range(3) for j in range(3)}
+        places = np.asarray(spec.lower[:2]) + 0.5 * np.array(sorted(halves)) * spec.resolution[:2]
+        distance_m = params.pause_distance_m + STAYS_ON_M if is_on else params.resume_distance_m + GOES_ON_M
+        return KeepOff(tuple((float(x), float(y)) for x, y in places), distance_m)
+
+
+def _on_its_way(cell: CellState, robot: TrackedRobot) -> IntArray:
+    """Cells (n, 3) of a robot where it is, and as it is or as it will be turned on its straight way to its target."""
+    goal = cell.goals.active.get(robot.name)
+    if goal is None or goal.target is None or cell.map is None:
+        return robot.cells
+    end = cell.map.spec.column_of((goal.target.x, goal.target.y))
+    masks = [robot.mask] if robot.mask_at is None else [robot.mask, robot.mask_at(goal.target.yaw_rad)]
+    steps = max(abs(end[0] - robot.column[0]), abs(end[1] - robot.column[1]), 1)
+    ways = np.rint(np.linspace(robot.column, end, steps + 1)).astype(int).tolist()
+    return np.concatenate([mask.at((x, y)) for mask in masks for x, y in ways])

@@ -174,6 +174,7 @@ class FakeCell:
         self.shown = []
         self.sent = []
         self.cancelled = []
+        self.orders = []
         self.coast_s = 0.0
         self.association = []
         self.touches = []
@@ -363,6 +364,7 @@ class FakeCell:
                 self.said.append(action.text)
 
     def _take(self, goal):
+        self.orders.append(goal)
         failure = self.fail_next.pop(goal.robot, None)
         if failure is not None:
             self._events.append(GoalDone(goal.robot, goal.serial, *failure))

@@ -15,6 +15,7 @@ from yarm.control.sander.follower import MotionFollower
 from yarm.control.sander.memory import SanderMemory
 from yarm.control.sander.params import SanderParams
 from yarm.control.sander.planner import RasterPlan, SanderPlanner
+from yarm.control.sander.progress import KeepOff
 from yarm.control.sander.runner import ScriptRunner
 from yarm.control.sander.scripts import SanderScripts, Situation
 from yarm.control.sander.states import Button, SanderReport, SanderState
@@ -38,6 +39,7 @@ class ArmInputs:
         axes: joystick axes (4,), -1 to 1: x, y, z, turn; None when nothing new has come.
         switches: values of ``motion_start_stop``, in order.
         objection: why the arm must stand still whatever it is asked; empty when it may move.
+        keep_off: what the tip must stay away from, in place of what was told before; None when nothing new has come.
     """
 
     q: FloatArray
@@ -46,6 +48,7 @@ class ArmInputs:
     axes: Optional[Tuple[float, float, float, float]] = None
     switches: Sequence[bool] = ()
     objection: str = ""
+    keep_off: Optional[KeepOff] = None
 
 
 class SanderMachine:
@@ -98,6 +101,7 @@ class SanderMachine:
             work.blocked,
             progress.arc_m,
             progress.share,
+            progress.done,
         )
 
     def take_up(self, memory: SanderMemory, plan: Optional[RasterPlan]) -> None:
@@ -107,8 +111,8 @@ class SanderMachine:
         """
         now = self._now
         now.state, now.enabled, now.scan_lost = memory.state, memory.enabled, True
-        now.progress.begin(plan)
-        now.progress.arc_m, now.progress.share = memory.arc_m, memory.share
+        now.progress.begin(plan, memory.done, memory.arc_m)
+        now.progress.share = memory.share
         self._work.take_up(memory.active, memory.storing, memory.blocked and plan is not None)
         self._taken_up = True
 
@@ -136,7 +140,7 @@ class SanderMachine:
             moving=self._work.moving,
             lifted=self._now.lifted,
             progress=self._now.progress.share,
-            reason=self._objection or self._work.reason,
+            reason=self._objection or self._work.reason or self._now.waits_for,
             presses=self._presses,
             switches=self._switches,
         )
@@ -144,6 +148,8 @@ class SanderMachine:
     def step(self, inputs: ArmInputs) -> List[ArmMotion]:
         """Motions to send, in order; each replaces the one before."""
         self._now.q = inputs.q
+        if inputs.keep_off is not None:
+            self._now.progress.keep_off(inputs.keep_off)
         self._look_after_pause(inputs)
         for value in inputs.switches:
             self._throw(value, inputs)

@@ -11,6 +11,7 @@ from typing import Optional, Tuple
 import numpy as np
 
 from yarm.control.sander.planner import RasterPlan
+from yarm.control.sander.progress import Piece
 from yarm.control.sander.raster import Raster, Stroke
 from yarm.control.sander.states import SanderState
 from yarm.control.sander.surface import Surface
@@ -72,6 +73,7 @@ class SanderMemory:
         blocked: something was in the way of the raster; it goes on with the next ON.
         arc_m: way done along it, metres.
         share: share of it that is shown, 0 to 1.
+        done: what of it is done, each from one way along it to another, metres.
     """
 
     state: SanderState
@@ -81,10 +83,11 @@ class SanderMemory:
     blocked: bool
     arc_m: float
     share: float
+    done: Tuple[Piece, ...] = ()
 
     def as_good_as(self, other: Optional[SanderMemory]) -> bool:
         """Whether the other one need not be replaced by this in the journal."""
-        if other is None or abs(self.arc_m - other.arc_m) >= ARC_STEP_M:
+        if other is None or abs(self.arc_m - other.arc_m) >= ARC_STEP_M or len(self.done) != len(other.done):
             return False
         return self._without_progress() == other._without_progress()
 

@@ -41,6 +41,10 @@ class RasterPlan:
         normal = np.array([np.interp(arc_m, stroke.arc_m, column) for column in stroke.normals.T])
         return point, normal / np.linalg.norm(normal)
 
+    def apart_m(self, one_m: float, other_m: float) -> float:
+        """Straight distance between the points at two ways from the start, metres."""
+        return float(np.linalg.norm(self.point_at(one_m)[0] - self.point_at(other_m)[0]))
+
 
 class SanderPlanner:
     """Computes motions; keeps no state of the arm. Not thread-safe."""
@@ -93,18 +97,19 @@ class SanderPlanner:
             joints.append(solved)
         return RasterPlan(surface, raster, tuple(joints))
 
-    def stroke_from(self, plan: RasterPlan, arc_m: float) -> ArmMotion:
-        """Sanding from a way along the raster to the end of the stroke it lies in, from rest to rest."""
+    def stroke_from(self, plan: RasterPlan, arc_m: float, end_m: float = math.inf) -> ArmMotion:
+        """Sanding from a way along the raster to the end of the stroke it lies in, or before, from rest to rest."""
         pieces = zip(plan.raster.strokes, plan.joints)
         found = next(((s, q) for s, q in pieces if arc_m < s.arc_m[-1] - 1e-4), None)
         if found is None:
             raise ArmError(f"the raster ends at {plan.raster.length_m:.3f} m, before {arc_m:.3f} m")
         stroke, joints = found
-        first = np.array([np.interp(arc_m, stroke.arc_m, column) for column in joints.T])
-        later = stroke.arc_m > arc_m + 1e-4
+        end_m = min(end_m, float(stroke.arc_m[-1]))
+        between = (stroke.arc_m > arc_m + 1e-4) & (stroke.arc_m < end_m - 1e-4)
+        arcs = np.concatenate([[arc_m], stroke.arc_m[between], [end_m]])
         return along_path(
-            np.vstack([first, joints[later]]),
-            np.concatenate([[arc_m], stroke.arc_m[later]]),
+            np.column_stack([np.interp(arcs, stroke.arc_m, column) for column in joints.T]),
+            arcs,
             self._params.sanding_speed_mps,
             self._params.sanding_acceleration_mps2,
             self.arm.limits,
@@ -117,6 +122,13 @@ class SanderPlanner:
         above = self._above(point, normal)
         points = [tip[:3, 3], above, point] if tip[2, 3] > point[2] + 0.05 else [tip[:3, 3], point]
         normals = [-tip[:3, 2], normal, normal] if len(points) > 2 else [-tip[:3, 2], normal]
+        return self._line(points, normals, q, self._params.approach_speed_mps, sanding=True)
+
+    def hover_over(self, q: FloatArray, plan: RasterPlan, arc_m: float) -> ArmMotion:
+        """From a hover to the one over a point of the raster."""
+        point, normal = plan.point_at(arc_m)
+        tip = self.kinematics.tip(q)
+        points, normals = [tip[:3, 3], self._above(point, normal)], [-tip[:3, 2], normal]
         return self._line(points, normals, q, self._params.approach_speed_mps, sanding=True)
 
     def lift(self, q: FloatArray) -> ArmMotion:

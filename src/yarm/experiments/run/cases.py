@@ -41,13 +41,14 @@ class Case:
     holds: bool = False
     with_bin: str = ""
 
-    def for_layout(self, own: bool, removal: Removal) -> Case:
+    def for_layout(self, own: bool, removal: Removal, sands_elsewhere: bool = False) -> Case:
         """What is demanded of a layout, the scene file's own or one that a seed draws.
 
         Where debris is carried to a bin, one robot may well bring all of it in a layout that nobody chose, and no path
-        needs to change: then only the goals and the pauses count.
+        needs to change: then only the goals and the pauses count. A manipulator that sands elsewhere need not pause.
         """
-        return self if own or removal is not Removal.BIN else dataclasses.replace(self, min_replans=0, everybody=False)
+        case = dataclasses.replace(self, min_pauses=0) if sands_elsewhere else self
+        return case if own or removal is not Removal.BIN else dataclasses.replace(case, min_replans=0, everybody=False)
 
 
 CASES: Mapping[str, Case] = {

@@ -29,6 +29,7 @@ NOT_HERE = {
     "hidden": "the kinematic world has no cameras",
     "replanning": "a fork plans again at every waypoint",
     "sync": "a fork has no simulator to wait for",
+    "sand_elsewhere": "a fork plays the raster back",
     "seed": "each run has its own: say --seed",
 }
 """Parameters of the Commander that mean nothing in a fork, and why."""

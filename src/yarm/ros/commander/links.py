@@ -8,6 +8,7 @@ from typing import Callable, Dict, List, Optional
 import rospy
 from actionlib import ActionClient, ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from geometry_msgs.msg import Point
 
 from yarm.commander.events import CancelGoal, DeleteDone, DeleteObject, GoalDone, Outcome, SendGoal
 from yarm.msg import MoveRobotAction, MoveRobotActionResult, MoveRobotGoal
@@ -99,6 +100,8 @@ class RobotLink:
         goal.target.orientation.w = 1.0
         if action.target is not None:
             goal.target = pose_message(action.target.x, action.target.y, height_m, action.target.yaw_rad)
+        goal.keep_off.points = [Point(x, y, 0.0) for x, y in action.keep_off.places]
+        goal.keep_off.distance = action.keep_off.distance_m
         goal.via = [pose_message(pose.x, pose.y, height_m, pose.yaw_rad) for pose in action.via]
         with self._lock:
             self.sent += 1

@@ -359,6 +359,16 @@ TOPICS: Tuple[Topic, ...] = (
         meaning="1 sand, 0 pause and lift",
     ),
     Topic(
+        names.sander_keep_off("{arm}"),
+        "yarm/KeepOff",
+        CONTROLS,
+        SANDER,
+        "on change",
+        "world",
+        queue=10,
+        meaning="what the tip keeps off while it sands",
+    ),
+    Topic(
         names.sander_raster("{arm}"),
         "visualization_msgs/Marker",
         SANDER,

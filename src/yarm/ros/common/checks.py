@@ -19,6 +19,7 @@ from yarm.control.sander.states import SanderState
 from yarm.geometry import CellMap
 from yarm.geometry.kinds import ROBOT_KINDS, ObjectKind
 from yarm.msg import (
+    KeepOff,
     ObjectRegistry,
     PlanReport,
     SafetyStatus,
@@ -36,6 +37,8 @@ UNIT_TOLERANCE = 0.05
 """Length of a quaternion that still counts as 1, plus or minus."""
 SAY_AGAIN_S = 5.0
 """Wall time between two warnings about the same sender, s."""
+MOST_PLACES = 10000
+"""Places that a manipulator's tip can be told to keep off."""
 DIMENSIONS: Dict[int, int] = {SolidPrimitive.BOX: 3, SolidPrimitive.SPHERE: 1, SolidPrimitive.CYLINDER: 2}
 
 
@@ -233,6 +236,16 @@ def sander_fault(message: SanderStatus, now_s: float) -> str:
     return stamp_fault(message.header.stamp.to_sec(), now_s)
 
 
+def keep_off_fault(message: KeepOff) -> str:
+    """Numbers of what a tip is to keep off."""
+    values = [value for point in message.points for value in (point.x, point.y)]
+    if not all(abs(value) <= FARTHEST_M for value in values) or not 0.0 <= message.distance <= FARTHEST_M:
+        return f"points and distance ({message.distance:g} m) must be finite, and within {FARTHEST_M:g} m"
+    if len(message.points) > MOST_PLACES:
+        return f"{len(message.points)} points to keep off, at most {MOST_PLACES} are taken"
+    return ""
+
+
 def cloud_fault(message: PointCloud2) -> str:
     """Layout of an organised cloud of floats with x, y and z in a row."""
     expected = message.width * message.height * message.point_step
@@ -252,6 +265,7 @@ __all__: Tuple[str, ...] = (
     "ack_fault",
     "cloud_fault",
     "joints_fault",
+    "keep_off_fault",
     "map_fault",
     "numbers_fault",
     "plan_fault",

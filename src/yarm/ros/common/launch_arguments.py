@@ -139,6 +139,7 @@ CHECKS: Dict[str, Check] = {
             "cleanup",
             "loop",
             "replanning",
+            "sand_elsewhere",
             "vary",
             "slam",
             "boxes_known",

@@ -234,6 +234,11 @@ def sander_joy(arm: str) -> str:
     return f"{arm}/joy"
 
 
+def sander_keep_off(arm: str) -> str:
+    """What an arm's tip keeps off."""
+    return f"{arm}/keep_off"
+
+
 def motion_start_stop(arm: str) -> str:
     """Int8 1 or 0: an arm's sander may move, or must pause."""
     return f"{arm}/motion_start_stop"

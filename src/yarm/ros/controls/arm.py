@@ -10,15 +10,15 @@ from std_msgs.msg import Int8
 
 from yarm.control.actions import ArmAction, SearchSpace
 from yarm.control.base.controller import Outcome
-from yarm.control.sander.client import SanderClient
+from yarm.control.sander.client import SWITCHES, SanderClient
 from yarm.control.sander.states import Button, SanderReport, SanderState
 from yarm.geometry import GridSpec
 from yarm.geometry.kinds import ObjectKind
-from yarm.msg import MoveRobotFeedback, MoveRobotGoal, RegisteredObject, SanderStatus, StepAck
+from yarm.msg import KeepOff, MoveRobotFeedback, MoveRobotGoal, RegisteredObject, SanderStatus, StepAck
 from yarm.robots.hc10 import area_text, parse_area
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
-from yarm.ros.common.checks import Doorkeeper, present_s, sander_fault
+from yarm.ros.common.checks import Doorkeeper, keep_off_fault, present_s, sander_fault
 from yarm.ros.common.clock import SAME_TICK_S
 from yarm.ros.common.stations import load_station
 from yarm.ros.controls.params import ControlsServerParams
@@ -53,6 +53,8 @@ class ArmUnit(RobotUnit):
         self._outbox = Outbox()
         self._joy = self._outbox.publisher(names.sander_joy(name), Joy)
         self._switch = self._outbox.publisher(names.motion_start_stop(name), Int8)
+        self._keep_off = self._outbox.publisher(names.sander_keep_off(name), KeepOff)
+        self._kept_off = self._news = KeepOff()
         self._ack = (
             rospy.Publisher(names.sander_command_ack(name), StepAck, queue_size=10, latch=True) if params.sync else None
         )
@@ -62,12 +64,14 @@ class ArmUnit(RobotUnit):
         )
 
     def refusal(self, goal: MoveRobotGoal) -> str:
-        """Anything but the four actions is refused by name."""
-        return SanderClient.refusal(goal.action, self._report)
+        """Anything but the four actions is refused by name, and so are places that are none."""
+        return SanderClient.refusal(goal.action, self._report) or keep_off_fault(goal.keep_off)
 
     def start(self, goal: MoveRobotGoal) -> None:
         """Pursue one of the four actions."""
         self._action = ArmAction(goal.action)
+        if self._action in SWITCHES:
+            self._news = goal.keep_off
         self._client.start(self._action)
 
     def cancel(self, reason: str) -> None:
@@ -82,6 +86,9 @@ class ArmUnit(RobotUnit):
         self._last_tick_s = now_s
         if self._action is None:
             return None
+        if self._news != self._kept_off:
+            self._kept_off = self._news
+            self._outbox.send(self._keep_off, self._news)
         request = self._client.step(self._report, now_s)
         if request.press is not None:
             self._press(request.press)
@@ -114,6 +121,7 @@ class ArmUnit(RobotUnit):
         """Forget goal, report and counts."""
         self._action, self._report, self._report_s = None, None, -1.0
         self._last_tick_s = None
+        self._kept_off = self._news = KeepOff()
         self._outbox.sent = 0
 
     def close(self) -> None:

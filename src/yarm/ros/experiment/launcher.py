@@ -140,6 +140,11 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
         help="everybody waits until all have arrived (steps), or goes on when its next move is free (continuous)",
     )
     options.add_argument(
+        "--sand-elsewhere",
+        action="store_true",
+        help="manipulators are told where debris and robots are, or will be, and sand elsewhere meanwhile",
+    )
+    options.add_argument(
         "--hidden",
         choices=[policy.value for policy in HiddenPolicy],
         help="what cells that no camera sees count as (docs/planning.md); unless given known_bodies, "
@@ -311,6 +316,7 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
     flags["guarded"] = not options.unguarded
     flags["vary"] = not options.nominal
     flags["replanning"] = not options.planned_once
+    flags["sand_elsewhere"] = options.sand_elsewhere
     bins = has_bins(options.case)
     flags["hands"] = options.hands or bins
     values["removal"] = options.removal or (Removal.BIN if bins else Removal.DELETE).value

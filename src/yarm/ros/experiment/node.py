@@ -96,7 +96,7 @@ class Experiment:
         try:
             self._scene = load_scene(self._params.case, self._params.seed if self._params.vary else -1)
             own = not self._params.vary or self._params.seed in (-1, self._scene.seed)
-            self._case = self._case.for_layout(own, Removal(self._params.removal))
+            self._case = self._case.for_layout(own, Removal(self._params.removal), self._params.sand_elsewhere)
             if found is not None:
                 self._take_up(found)
             if self._began is None:

@@ -25,6 +25,9 @@ class ExperimentParams:
         "what the Commander does with debris: with bin it must end in one by ground truth",
         choices=[way.value for way in Removal],
     )
+    sand_elsewhere: bool = param(
+        False, "", "manipulators sand elsewhere rather than pause, so that no pause is demanded of them"
+    )
     cleanup: bool = param(False, "", "send everybody home at the end")
     results: str = param("results", "", "folder that holds <case>/<seed>/; made when missing")
     limit_s: float = param(0.0, "s", "simulated time the mission may take; 0 for the case's own limit", 0.0, 36000.0)

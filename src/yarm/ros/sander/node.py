@@ -24,14 +24,16 @@ from yarm.control.arm.model import ArmKinematics, load_arm
 from yarm.control.arm.motion import ArmMotion
 from yarm.control.sander.machine import ArmInputs, SanderMachine
 from yarm.control.sander.planner import RasterPlan, SanderPlanner
+from yarm.control.sander.progress import KeepOff
 from yarm.control.sander.states import Button, SanderReport, SanderState
 from yarm.control.sander.steps import DoneJob
-from yarm.geometry import FloatArray, transform_points
+from yarm.geometry import FloatArray, Pose2, transform_points
+from yarm.msg import KeepOff as KeepOffMessage
 from yarm.msg import SanderStatus, StepAck
 from yarm.robots.hc10 import Station
 from yarm.ros.common import names
 from yarm.ros.common.acks import step_ack
-from yarm.ros.common.checks import Doorkeeper, ack_fault, joints_fault, present_s
+from yarm.ros.common.checks import Doorkeeper, ack_fault, joints_fault, keep_off_fault, present_s
 from yarm.ros.common.clock import JUMP_BACK_S, SAME_TICK_S, ClockWatch
 from yarm.ros.common.params import load_params
 from yarm.ros.common.start import init_node
@@ -56,6 +58,7 @@ class SanderNode:
         """Subscribe and advertise; work begins with ``spin``."""
         self._params = params
         self._station = load_station(params.arm)
+        self._world = Pose2(self._station.x, self._station.y, self._station.yaw_rad).inverse()
         arm = load_arm(self._station.folded)
         self._joint_names = [joint.name for joint in arm.model.moving_joints]
         self._condition = threading.Condition()
@@ -63,6 +66,7 @@ class SanderNode:
         self._joints: Deque[JointState] = deque(maxlen=None if params.sync else 1)
         self._presses: List[Button] = []
         self._switches: List[bool] = []
+        self._keep_off: Optional[KeepOff] = None
         self._axes: Optional[Axes] = None
         self._buttons: Sequence[int] = (0,) * len(Button)
         self._received = 0
@@ -119,6 +123,7 @@ class SanderNode:
         arm = self._params.arm
         self._joints_door = Doorkeeper(names.joint_states(arm))
         self._ack_door = Doorkeeper(names.sander_command_ack(arm))
+        self._keep_off_door = Doorkeeper(names.sander_keep_off(arm))
         self._watchers = Watchers(self._params, self._params.sync)
         self._clock = ClockWatch()
         self._clock.on_reset(self._wake)
@@ -126,6 +131,9 @@ class SanderNode:
             rospy.Subscriber(names.joint_states(arm), JointState, self._on_joints, queue_size=5, tcp_nodelay=True),
             rospy.Subscriber(names.sander_joy(arm), Joy, self._on_joy, queue_size=50, tcp_nodelay=True),
             rospy.Subscriber(names.motion_start_stop(arm), Int8, self._on_switch, queue_size=50, tcp_nodelay=True),
+            rospy.Subscriber(
+                names.sander_keep_off(arm), KeepOffMessage, self._on_keep_off, queue_size=50, tcp_nodelay=True
+            ),
         ]
         if self._params.sync and self._params.sync_after:
             ack = names.sander_command_ack(arm)
@@ -163,6 +171,15 @@ class SanderNode:
     def _on_switch(self, message: Int8) -> None:
         with self._condition:
             self._switches.append(message.data != 0)
+            self._received += 1
+        self._wake()
+
+    def _on_keep_off(self, message: KeepOffMessage) -> None:
+        refused = self._keep_off_door.refuses(message, keep_off_fault(message))
+        places = np.array([(point.x, point.y) for point in message.points]).reshape(-1, 2)
+        with self._condition:
+            if not refused:
+                self._keep_off = KeepOff(self._world.moved(places), message.distance)
             self._received += 1
         self._wake()
 
@@ -219,8 +236,9 @@ class SanderNode:
             presses, self._presses = self._presses, []
             switches, self._switches = self._switches, []
             axes, self._axes = self._axes, None
+            keep_off, self._keep_off = self._keep_off, None
         objection = self._watchers.objection(stamp_s)
-        for motion in self._machine.step(ArmInputs(q, stamp_s, presses, axes, switches, objection)):
+        for motion in self._machine.step(ArmInputs(q, stamp_s, presses, axes, switches, objection, keep_off)):
             self._outbox.send(self._path, self._trajectory(motion, joints.header.stamp))
         self._book.note(self._machine.memory, self._machine.plan)
         scanning = self._machine.scanning
@@ -247,6 +265,7 @@ class SanderNode:
         self._watchers.reset()
         with self._condition:
             self._presses, self._switches, self._axes = [], [], None
+            self._keep_off = KeepOff(np.zeros((0, 2)), 0.0)
             self._received = 0
             self._ack_after = None
         self._outbox.sent = 0

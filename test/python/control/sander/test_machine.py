@@ -14,6 +14,7 @@ from yarm.control.arm.model import tool_pose
 from yarm.control.arm.motion import ArmMotion
 from yarm.control.sander.machine import ArmInputs, SanderMachine
 from yarm.control.sander.params import SanderParams
+from yarm.control.sander.progress import KeepOff
 from yarm.control.sander.raster import coverage
 from yarm.control.sander.states import Button, SanderState
 from yarm.control.sander.steps import DoneJob
@@ -37,6 +38,7 @@ class Cell:
         self.motion: Optional[ArmMotion] = None
         self.motion_s = 0.0
         self.objection = ""
+        self.keep_off: Optional[KeepOff] = None
         self.log: List[Tuple[float, np.ndarray, SanderState]] = [(0.0, self.q, self.machine.state)]
 
     def run(
@@ -51,7 +53,8 @@ class Cell:
         end = self.now_s + limit_s
         while self.now_s < end - 1e-9:
             self.now_s += TICK_S
-            inputs = ArmInputs(self.q, self.now_s, presses, axes, switches, self.objection)
+            inputs = ArmInputs(self.q, self.now_s, presses, axes, switches, self.objection, self.keep_off)
+            self.keep_off = None
             for motion in self.machine.step(inputs):
                 self.motion, self.motion_s = motion, self.now_s
             presses, switches = (), ()

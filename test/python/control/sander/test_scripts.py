@@ -14,7 +14,7 @@ from yarm.control.sander.states import SanderState
 from yarm.control.sander.steps import Compute, Follow, Script, Wait
 
 LENGTH_M = 2.0
-PLAN = SimpleNamespace(raster=SimpleNamespace(length_m=LENGTH_M))
+PLAN = SimpleNamespace(raster=SimpleNamespace(length_m=LENGTH_M), apart_m=lambda one, other: abs(one - other))
 
 
 class NamingPlanner:
@@ -27,9 +27,9 @@ class NamingPlanner:
         assert len(points) == 5
         return PLAN
 
-    def stroke_from(self, plan: Any, arc_m: float) -> Any:
+    def stroke_from(self, plan: Any, arc_m: float, end_m: float) -> Any:
         assert plan is PLAN
-        return SimpleNamespace(name=f"stroke {arc_m:.1f}", arc_m=np.array([arc_m, np.floor(arc_m) + 1.0]))
+        return SimpleNamespace(name=f"stroke {arc_m:.1f}", arc_m=np.array([arc_m, min(np.floor(arc_m) + 1.0, end_m)]))
 
 
 def bench() -> Tuple[Situation, SanderScripts, List[str]]:

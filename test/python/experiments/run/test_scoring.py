@@ -160,6 +160,7 @@ def test_to_a_bin_one_robot_may_bring_everything_in_a_layout_that_a_seed_draws()
     assert case.for_layout(True, Removal.BIN) == case
     assert case.for_layout(False, Removal.DELETE) == case
     assert case.for_layout(False, Removal.BIN) == Case("x", "", min_pauses=1)
+    assert case.for_layout(True, Removal.DELETE, sands_elsewhere=True).min_pauses == 0
 
 
 def test_a_changed_path_is_a_replan_and_the_rest_of_the_old_one_is_not() -> None:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 import rospy
-from geometry_msgs.msg import Pose, TransformStamped
+from geometry_msgs.msg import Point, Pose, TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_msgs.msg import JointState, PointCloud2, PointField
@@ -16,6 +16,7 @@ from shape_msgs.msg import SolidPrimitive
 from yarm.msg import (
     GridIndex,
     GridIndexVector,
+    KeepOff,
     MapMetaData,
     ObjectRegistry,
     RegisteredObject,
@@ -259,6 +260,23 @@ def test_an_acknowledgement_counts_only_from_its_own_node(sender, taken):
 )
 def test_what_the_simulator_says_of_its_bodies_is_pairs(said, fault):
     found = checks.sim_fault(SimStatus(**said))
+    assert fault in found if fault else found == ""
+
+
+@pytest.mark.parametrize(
+    ("points", "distance", "fault"),
+    [
+        ([(0.1, -0.2)], 0.4, ""),
+        ([], 0.0, ""),
+        ([(math.nan, 0.0)], 0.4, "must be finite"),
+        ([(0.0, 1e9)], 0.4, "within 1000 m"),
+        ([(0.0, 0.0)], -0.1, "(-0.1 m)"),
+        ([(0.0, 0.0)], math.nan, "(nan m)"),
+        ([(0.0, 0.0)] * 10001, 0.4, "10001 points to keep off, at most 10000"),
+    ],
+)
+def test_what_a_tip_keeps_off_is_places(points, distance, fault):
+    found = checks.keep_off_fault(KeepOff([Point(x, y, math.nan) for x, y in points], distance))
     assert fault in found if fault else found == ""
 
 
