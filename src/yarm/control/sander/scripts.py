@@ -44,8 +44,8 @@ class Situation:
     progress: RasterProgress = field(default_factory=RasterProgress)
 
     def enter(self, state: SanderState) -> None:
-        """Change state; nobody hovers on the way."""
-        self.state, self.lifted = state, False
+        """Change state; nobody hovers, or waits, on the way."""
+        self.state, self.lifted, self.waits_for = state, False, ""
 
 
 class SanderScripts:

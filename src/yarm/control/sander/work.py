@@ -101,6 +101,7 @@ class SanderWork:
         self._runner.drop()
         self._storing = self._interrupted = self._blocked = False
         self._now.scanning = self._now.lifted = False
+        self._now.waits_for = ""
 
     def interrupt(self, q: FloatArray, now_s: float) -> None:
         """Brake what moves; its script is begun again by ``go_on``."""

@@ -13,7 +13,7 @@ from python.control.arm_samples import PART_LOWER, PART_TOP_M, PART_UPPER, TOOL_
 from python.control.sander.test_machine import Cell
 from yarm.control.sander.progress import ARC_TOLERANCE_M, KeepOff, RasterProgress, joined, without
 from yarm.control.sander.raster import coverage
-from yarm.control.sander.states import SanderState
+from yarm.control.sander.states import Button, SanderState
 
 PLAN = planner(0.04).raster(scan())
 DISTANCE_M = 0.2
@@ -154,3 +154,13 @@ def test_paused_where_nothing_may_be_done_it_hovers_over_what_may() -> None:
     assert cell.run(10.0, switches=[True], until=lambda: cell.machine.report.progress > progress + 0.02)
     assert cell.machine.memory.done[0][0] == 0.0 and len(cell.machine.memory.done) == 2
     assert cell.machine.memory.done[0][1] < cell.machine.memory.done[1][0] - ARC_TOLERANCE_M
+
+
+def test_everywhere_too_near_it_says_so_until_it_does_something_else() -> None:
+    cell = Cell()
+    cell.sanding(0.02)
+    cell.keep_off = keep_off(CORNER, 5.0)
+    assert cell.run(10.0, until=lambda: cell.machine.report.lifted and not cell.machine.report.moving)
+    assert "too near to debris or a robot" in cell.machine.report.reason
+    cell.to(SanderState.STORAGE, Button.STORE)
+    assert cell.machine.report.reason == ""
