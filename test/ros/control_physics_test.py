@@ -107,7 +107,7 @@ class PhysicsTest(unittest.TestCase):
 
     def start(self, target: Pose2, action: str = "False", via: Sequence[Pose2] = ()) -> int:
         """Send a goal; index into the track from where it began."""
-        goal = MoveRobotGoal(message_of(target), action, [message_of(pose) for pose in via])
+        goal = MoveRobotGoal(target=message_of(target), action=action, via=[message_of(pose) for pose in via])
         first = len(self.track)
         self.participant.ask(lambda: self.client.send_goal(goal))
         return first
