@@ -86,7 +86,9 @@ class ArmUnit(RobotUnit):
         self._last_tick_s = now_s
         if self._action is None:
             return None
-        if self._news != self._kept_off:
+        if self._keep_off.get_num_connections() == 0:
+            self._kept_off = KeepOff()  # the sander that comes knows of nothing
+        elif self._news != self._kept_off:
             self._kept_off = self._news
             self._outbox.send(self._keep_off, self._news)
         request = self._client.step(self._report, now_s)
