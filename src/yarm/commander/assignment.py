@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Mapping, Optional, Protocol, Sequence
+from typing import Callable, Mapping, Optional, Protocol, Sequence
 
 from yarm.geometry import BoolArray
 from yarm.planning.model.types import Goal, PlanRequest
@@ -69,10 +69,11 @@ class QueuedAssignments:
 class HomeAssignments:
     """Every robot has its own goal from the start, and nobody else's."""
 
-    def __init__(self, queue: TaskQueue, homes: Sequence[Goal]) -> None:
-        """One home a robot."""
+    def __init__(self, queue: TaskQueue, homes: Sequence[Goal], at: Callable[[str, Goal], bool]) -> None:
+        """One home a robot; ``at`` says whether a robot is at a goal now."""
         self._queue = queue
         self._homes = tuple(homes)
+        self._at = at
 
     def start(self) -> None:
         """Everybody is on its way home."""
@@ -90,9 +91,11 @@ class HomeAssignments:
         hiding: Mapping[str, str],
         left: Optional[Mapping[str, float]] = None,
     ) -> None:
-        """The homes of robots that are back."""
+        """The homes of robots that are back; when nobody is on its way, of those that have left theirs for others."""
         present = {robot.name for robot in request.robots}
         self._queue.claim([task.goal for task in self._queue.tasks if not task.robot and task.goal.robot in present])
+        if not self._queue.assignments:
+            self._queue.claim([goal for goal in self._homes if goal.robot in present and not self._at(goal.robot, goal)])
 
     def reject(self, robot: str, reason: str) -> None:
         """A home stays a home; it is tried again."""

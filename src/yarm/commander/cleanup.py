@@ -39,7 +39,8 @@ class Cleanup(Activity):
     def __init__(self, cell: CellState, tools: Tools) -> None:
         """Clean up."""
         super().__init__(cell)
-        self._ways: List[Mission] = [mission_for(cell, tools, HomeAssignments(cell.queue, home_goals(cell)))]
+        homes = HomeAssignments(cell.queue, home_goals(cell), lambda name, goal: cell.at(cell.robots[name], goal))
+        self._ways: List[Mission] = [mission_for(cell, tools, homes)]
         if something_left(cell):
             self._ways.insert(0, mission_for(cell, tools, QueuedAssignments(cell.queue)))
         self._left_over = ""

@@ -16,7 +16,7 @@ from yarm.commander.assignment import Assignments
 from yarm.commander.cell_state import CellState
 from yarm.commander.events import Action, GoalDone, Level, Log, Outcome, ShowPlan, TaskState, TaskView
 from yarm.commander.goals import ActiveGoal, Purpose
-from yarm.commander.mission import Mission
+from yarm.commander.mission import PLANNING, Mission
 from yarm.commander.params import CheckSteps, Execution
 from yarm.commander.releases import SAME_TIME_S, SEEN_WITHIN_S, Releases
 from yarm.commander.steps import CheckedSteps
@@ -115,7 +115,7 @@ class ContinuousMission(Mission):
         if answered is None:
             return False
         request, _, plan = answered
-        if not self._releases.adopt(request, plan):
+        if any(map(self._aim_lost, request.assignments)) or not self._releases.adopt(request, plan):
             return False
         self._carried_out, self._planned, self._adopted_s = request, plan, now_s
         self._unsuitable.clear()
@@ -224,6 +224,8 @@ class ContinuousMission(Mission):
         request = replace(request, under_way=self._releases.cells)
         self._asked = request, now_s, self._tools.ask(request)
         self._asked_ends = self._releases.targets
+        if not self._on_the_way():
+            self.reason = self.reason or PLANNING
         return []
 
     def _plan_due(self, now_s: float) -> bool:

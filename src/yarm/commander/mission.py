@@ -41,6 +41,8 @@ GIVEN_BACK = (PlanStatus.INFEASIBLE, PlanStatus.INVALID_GOAL)
 """What a plan may say of a robot's goal that somebody else may still reach, or nobody as the map is."""
 PASSED, UNCHECKED, COMES_IN, REFUSED = "safe", "not asked", "not asked: straight in, free by the map", "refused: "
 """What the checker says of a step that is sent; REFUSED is followed by the reason."""
+PLANNING = "a plan is being made"
+"""Why nobody moves while one is."""
 KEEP_CLEAR_COLUMNS = 1
 """An idle robot stays out of the private areas inflated by this many columns (0.6 m from the part)."""
 
@@ -416,7 +418,7 @@ class Mission(Activity):
         """Send what was planned, when it is there; what took longer than a map is held against the newest one."""
         answered = self._answered()
         if answered is None:
-            self.reason = "a plan is being made"
+            self.reason = PLANNING
             return []
         request, asked_s, plan = answered
         if asked_s < now_s:

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from python.commander.fake_cell import SPEC, FakeArm, FakeCell, box_cells
-from yarm.commander.events import GoalDone, Hold, Outcome
+from yarm.commander.events import GoalDone, Hold, Outcome, TaskState
 from yarm.commander.params import CommanderParams
 from yarm.commander.states import State
 from yarm.control.sander.states import SanderState
@@ -189,6 +189,23 @@ def test_current_looks_for_more_and_cleanup_sends_everybody_home():
     assert cell.arms["hc10_barc"].state is SanderState.STORAGE
     assert cell.request(next_state=True).success
     assert cell.status.state is State.IDLE
+
+
+def test_who_has_left_its_home_for_others_goes_there_again_before_cleanup_ends():
+    homes = {"ankurbot_1": START, "ankurbot_2": SECOND}
+    cell = cell_with(targets=[(-1.9, 1.2)], arm=False, **homes)
+    boundless(cell)
+    assert outcome_of(cell).outcome == "succeeded"
+    assert cell.request(next_state=True).success
+    home = cell.robots["ankurbot_2"]
+    cell.run(lambda: any("ankurbot_2 has reached home" in text for text in cell.said), 60.0)
+    home.x -= 0.5
+    assert cell.status.busy, "ankurbot_1 is still on its way"
+    assert outcome_of(cell).outcome == "succeeded"
+    for name, pose in homes.items():
+        assert (cell.robots[name].x, cell.robots[name].y) == pytest.approx(pose[:2], abs=0.06), name
+    views = {view.goal: view.status for view in cell.status.tasks}
+    assert views == {f"home/{name}": TaskState.REACHED for name in homes}
 
 
 def test_busy_refuses_all_but_previous_which_stops_at_the_waypoint():

@@ -232,6 +232,7 @@ class TaskQueue:
                 raise ValueError(f"{goal.name} is for no robot in particular: assign it with process")
             if task is not None and task.goal.name != goal.name:
                 raise ValueError(f"{goal.name} cannot be given to {goal.robot}, which serves {task.goal.name}")
+            self._done.pop(goal.name, None)
             self._tasks[goal.name] = Task(goal, TaskStatus.ASSIGNED, goal.robot, since_s=self._now_s, why="its own")
 
     def pop(self, robot: str, now_s: float = math.nan) -> Task:
