@@ -95,7 +95,9 @@ class HomeAssignments:
         present = {robot.name for robot in request.robots}
         self._queue.claim([task.goal for task in self._queue.tasks if not task.robot and task.goal.robot in present])
         if not self._queue.assignments:
-            self._queue.claim([goal for goal in self._homes if goal.robot in present and not self._at(goal.robot, goal)])
+            self._queue.claim(
+                [goal for goal in self._homes if goal.robot in present and not self._at(goal.robot, goal)]
+            )
 
     def reject(self, robot: str, reason: str) -> None:
         """A home stays a home; it is tried again."""

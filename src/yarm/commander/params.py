@@ -92,7 +92,7 @@ class CommanderParams:
         True, "", "plan again at every waypoint; false: each robot follows its first path to the end, as published"
     )
     execution: str = param(
-        Execution.STEPS.value,
+        Execution.CONTINUOUS.value,
         "",
         "steps: everybody waits until all have arrived, then a step is planned for all; "
         "continuous: a robot goes on as soon as every earlier move that its next one conflicts with has ended",

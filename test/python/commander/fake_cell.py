@@ -146,7 +146,7 @@ class FakeArm:
 class FakeCell:
     """The world around a Commander; ``execution`` of all of them is a test's to choose."""
 
-    execution = "steps"
+    execution = CommanderParams.execution
 
     def __init__(self, params=None, planner="yarm", **robots):
         """Robots by name: (x, y, yaw) of the end effector."""

@@ -10,7 +10,7 @@ from typing import Any, Callable, List, Mapping, Sequence, TextIO
 
 import yaml
 
-from yarm.commander.params import Removal
+from yarm.commander.params import Execution, Removal
 from yarm.experiments.run.writers import is_finished
 from yarm.resources import package_root
 
@@ -47,8 +47,8 @@ def launch(command: Sequence[str], log: TextIO) -> None:
 
 
 def mission_command(folder: Path, case: str) -> List[str]:
-    """The run of one case, as its scene file lays it out and as published: reached debris is deleted."""
-    published = ["--nominal", "--removal", Removal.DELETE.value]
+    """The run of one case, as its scene file lays it out and as published: in steps, reached debris is deleted."""
+    published = ["--nominal", "--removal", Removal.DELETE.value, "--execution", Execution.STEPS.value]
     return [*experiment_command(), *published, "--case", case, "--seed", str(SEED), "--results", str(folder)]
 
 

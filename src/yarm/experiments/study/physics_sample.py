@@ -9,6 +9,7 @@ from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
+from yarm.commander.params import Execution
 from yarm.experiments.run.missions import experiment_command, launch
 from yarm.experiments.run.tables import markdown_table
 from yarm.experiments.run.writers import is_finished
@@ -70,11 +71,15 @@ def run_sample(
 
 
 def command(folder: Path, spec: TrialSpec) -> List[str]:
-    """The run that repeats a trial: the same planner, seed and share of the raster done; ``original`` unguarded."""
+    """The run that repeats a trial: in steps, the same planner, seed and share of the raster done.
+
+    ``original`` is unguarded.
+    """
     options = {
         "--case": spec.scene,
         "--seed": spec.seed,
         "--planner": spec.planner,
+        "--execution": Execution.STEPS.value,
         "--particles": spec.particles,
         "--raster": f"{raster_share(spec.seed):.4f}",
         "--limit": LIMIT_S,

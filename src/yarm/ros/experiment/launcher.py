@@ -16,7 +16,7 @@ from typing import Dict, List, Sequence, Tuple
 import psutil
 import yaml
 
-from yarm.commander.params import Execution, Removal
+from yarm.commander.params import CommanderParams, Execution, Removal
 from yarm.experiments.cells.outcome import cell_line, kind_of, read_cell
 from yarm.experiments.run.cases import case_of
 from yarm.experiments.run.repeat import write_arguments
@@ -136,7 +136,7 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--execution",
         choices=[way.value for way in Execution],
-        default=Execution.STEPS.value,
+        default=CommanderParams.execution,
         help="everybody waits until all have arrived (steps), or goes on when its next move is free (continuous)",
     )
     options.add_argument(
