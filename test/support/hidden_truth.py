@@ -74,7 +74,7 @@ class TruthCell:
     def __init__(self, rng: np.random.Generator, scene: str, silent: int) -> None:
         """Robots at random places; ``silent`` of the cameras will have no view after calibration."""
         self.cell = SimulatedCell(scene, visibility=True, places=_places(rng))
-        params = CommanderParams(starts_clear=True)
+        params = CommanderParams(starts_clear=True, fenced=True)
         self.views = {p: CellState(replace(params, hidden=p.value)) for p in HiddenPolicy}
         for view in self.views.values():
             view.kinds = {body.name: body.kind for body in self.cell.world.bodies.values()}

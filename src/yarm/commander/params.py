@@ -130,6 +130,9 @@ class CommanderParams:
         "",
         "nothing unregistered is in the cell at the start, nor ever where no camera looks",
     )
+    fenced: bool = param(
+        HiddenParams.fenced, "", "nothing comes in from outside behind registered bodies that alone hide the border"
+    )
     people_s: float = param(
         1.4,
         "s",
@@ -183,8 +186,10 @@ class CommanderParams:
     @property
     def hidden_params(self) -> HiddenParams:
         """How cells that no camera sees are judged."""
-        policy = HiddenPolicy(self.hidden)
-        return HiddenParams(policy, self.hidden_age_s, self.hidden_speed_mps, self.hidden_least_m, self.starts_clear)
+        told = self.starts_clear, self.fenced
+        return HiddenParams(
+            HiddenPolicy(self.hidden), self.hidden_age_s, self.hidden_speed_mps, self.hidden_least_m, *told
+        )
 
     @property
     def planner_params(self) -> PlannerParams:

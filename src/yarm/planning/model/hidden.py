@@ -24,7 +24,7 @@ from yarm.planning.model.volume import Volume, VolumeSet
 UNKNOWN = "unknown_"
 """What the names of things that nobody registered begin with, on the map."""
 ROUNDING = 1e-6
-"""Of a size in cells."""
+"""Of a size in cells, and of a time, s."""
 NAMED_HIDERS = 30
 """Objects that have a bit of their own in ``Visibility.hidden_by``."""
 
@@ -48,6 +48,8 @@ class HiddenParams:
         speed_m_s: nothing moves faster, m/s.
         least_m: what is hidden is at least this large in every direction, m; 0: it may have any size.
         starts_clear: nothing unregistered is in the cell at the start, nor ever where no camera looks.
+        fenced: nothing comes in from outside behind registered bodies that alone hide the border, and have since it
+            was seen.
     """
 
     policy: HiddenPolicy = HiddenPolicy.FREE
@@ -55,6 +57,7 @@ class HiddenParams:
     speed_m_s: float = 2.0
     least_m: float = 0.25
     starts_clear: bool = False
+    fenced: bool = False
 
 
 class HiddenSpace:
@@ -159,6 +162,7 @@ class HiddenSpace:
         self._known_s: FloatArray = np.full(spec.shape, stamp_s if clear else -math.inf)
         self._ever = self._volume.field if clear else 0
         self._gap, self._things = 0, 0
+        self._others_since_s: FloatArray = np.full(int(np.prod(spec.shape)), math.inf)
         self._possible = 0 if clear and not self._unwatched else self._volume.field
         self._unwatched = False
 
@@ -170,26 +174,36 @@ class HiddenSpace:
         seen = volume.of_numbers(np.flatnonzero(sight.states == CellState.OCCUPIED))
         stray = volume.clustered(seen & ~volume.grown(solid))
         things = volume.of_numbers(volume.numbers_of(_cells_of(cell_map, registered=False))) | stray
-        room = hidden & volume.opened(hidden | (solid & ~volume.shrunk(solid)), self._least)
+        skin = solid & ~volume.shrunk(solid)
+        room = hidden & volume.opened(hidden | skin, self._least)
         steps = math.ceil(self.params.speed_m_s * (stamp_s - self._seen_s) / float(min(cell_map.spec.resolution)))
+        self._ever |= known
+        self._gap = self._gap & ~known | hidden & self._others_hide(stamp_s)
+        entered = self._gap and self._gap & volume.opened(self._gap | skin, self._least)
+        outside = volume.border & entered if self.params.fenced else volume.border
         reached = self._possible | self._things | things
         for _ in range(min(max(1, steps), max(volume.shape))):
-            reached = volume.grown(reached) | volume.border
+            reached = volume.grown(reached) | outside
         self._possible, self._things = reached & room, things
-        self._ever |= known
-        self._gap = self._gap & ~known | hidden & ~self._by_registered()
-        doubtful = room & self._gap
+        doubtful = room & entered
         if doubtful:
             doubtful &= ~volume.of_numbers(np.flatnonzero(stamp_s - self._known_s <= self.params.age_s))
         return self._possible | doubtful | room & ~self._ever
 
-    def _by_registered(self) -> VolumeSet:
-        """Cells that registered bodies hide, and nothing else."""
+    def _others_hide(self, stamp_s: float) -> VolumeSet:
+        """Cells that more than registered bodies have hidden for long enough for something to come in.
+
+        What is looked for takes that long for its own length. Points that have no name for a moment hide cells, too.
+        """
         others = NO_HIDER
         for k, found in enumerate(self._objects):
             others |= _bit(k) if found.name.startswith(UNKNOWN) else 0
-        by_registered = (self._hidden_by != 0) & ((self._hidden_by & np.uint32(others)) == 0)
-        return self._volume.of_numbers(self._unseen[by_registered])
+        cells = self._unseen[(self._hidden_by == 0) | ((self._hidden_by & np.uint32(others)) != 0)]
+        since_s = np.minimum(self._others_since_s[cells], stamp_s)
+        self._others_since_s[:] = math.inf
+        self._others_since_s[cells] = since_s
+        enters_s = self.params.least_m / self.params.speed_m_s if self.params.speed_m_s else 0.0
+        return self._volume.of_numbers(cells[stamp_s - since_s >= enters_s - ROUNDING])
 
 
 def _bit(k: int) -> int:

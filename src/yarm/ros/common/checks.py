@@ -238,11 +238,11 @@ def sander_fault(message: SanderStatus, now_s: float) -> str:
 
 def keep_off_fault(message: KeepOff) -> str:
     """Numbers of what a tip is to keep off."""
+    if len(message.points) > MOST_PLACES:
+        return f"{len(message.points)} points to keep off, at most {MOST_PLACES} are taken"
     values = [value for point in message.points for value in (point.x, point.y)]
     if not all(abs(value) <= FARTHEST_M for value in values) or not 0.0 <= message.distance <= FARTHEST_M:
         return f"points and distance ({message.distance:g} m) must be finite, and within {FARTHEST_M:g} m"
-    if len(message.points) > MOST_PLACES:
-        return f"{len(message.points)} points to keep off, at most {MOST_PLACES} are taken"
     return ""
 
 

@@ -43,6 +43,9 @@ HALF_TURN_DEG = 180.0
 STOP_LIMIT_S = 40.0
 INTERRUPTED = 130
 POLL_S = 0.25
+PUBLISHED = "original"
+"""The published planner; with it what no camera sees is free, as published."""
+FREE, KNOWN_BODIES = HiddenPolicy.FREE.value, HiddenPolicy.KNOWN_BODIES.value
 STRAY_SIZE_M = 0.25
 """Longest edge of what counts as debris where a scene has some that nobody registers; shipped debris has 0.15 m."""
 
@@ -147,8 +150,8 @@ def _add_planning(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--hidden",
         choices=[policy.value for policy in HiddenPolicy],
-        default=HiddenPolicy.FREE.value,
-        help="what cells that no camera sees count as (docs/planning.md)",
+        help="what cells that no camera sees count as (docs/planning.md); "
+        f"unless given {KNOWN_BODIES}, {FREE} with the published planner, {PUBLISHED}",
     )
     options.add_argument(
         "--debris-size",
@@ -300,7 +303,7 @@ def command(options: argparse.Namespace, port: int) -> List[str]:
         "planner": options.planner,
         "particles": options.particles,
         "execution": options.execution,
-        "hidden": options.hidden,
+        "hidden": options.hidden or (FREE if options.planner == PUBLISHED else KNOWN_BODIES),
         "debris_size": debris_size(options),
         "speed": 1.0 if options.speed is None else options.speed,
         "raster": options.raster,

@@ -152,6 +152,40 @@ def test_from_outside_something_may_come_in_where_nobody_sees_the_border():
     assert Maps().see().see(low, periods=90).count == 0, "nobody comes through the floor"
 
 
+@pytest.mark.parametrize(("bits", "count"), [(1, 0), (2, 0), (NO_HIDER, 144), (NO_HIDER | 1, 144)])
+def test_in_a_fenced_cell_nothing_comes_in_behind_what_registered_bodies_alone_hide(bits, count):
+    lane = (slice(8, 20), slice(8, 12), slice(0, 3))
+    table = body("table", block((2, 4), (2, 4)))
+    maps = Maps(replace(KNOWN, fenced=True)).see(objects=(ROBOT, table))
+    assert maps.see(lane, (ROBOT, table), bits, periods=25).count == count
+    assert maps.see(lane, (ROBOT, table), periods=90).count == count, "what came in may be there still"
+    assert maps.see(objects=(ROBOT, table)).see(lane, (ROBOT, table), periods=90).count == 0, "seen again"
+
+
+def test_points_without_a_name_for_a_moment_are_no_gap_for_what_takes_longer_to_come_in():
+    lane = (slice(8, 20), slice(8, 12), slice(0, 3))
+    params = replace(KNOWN, fenced=True, least_m=0.3)
+    for periods, count in ((5, 0), (8, 144)):
+        maps = Maps(params).see().see(lane, bits=NO_HIDER | 1, periods=periods)
+        assert maps.see(lane, periods=90).count == count, f"0.2 s are enough for 0.3 m at 1.5 m/s, not {periods} maps"
+    maps = Maps(params).see()
+    for _ in range(20):
+        maps.see(lane, bits=NO_HIDER | 1, periods=4).see(lane)
+    assert maps.count == 0, "never long enough at a time"
+
+
+def test_nothing_comes_in_where_there_is_no_room_for_it():
+    lane, slit = (slice(8, 20), slice(8, 12), slice(0, 3)), (slice(15, 20), slice(8, 9), slice(0, 3))
+    maps = Maps(replace(KNOWN, fenced=True, least_m=0.3)).see()
+    assert maps.see(lane).see(slit, bits=NO_HIDER, periods=9).see(lane, periods=90).count == 0
+
+
+def test_in_a_fenced_cell_who_was_seen_may_still_go_behind_a_robot():
+    beside = body("unknown_1", block((12, 14), (9, 11)))
+    maps = Maps(replace(KNOWN, fenced=True)).see().see(BEHIND, (ROBOT, beside))
+    assert maps.see(BEHIND, periods=30).count == 48
+
+
 def test_a_pause_between_maps_counts_as_time_to_move():
     lane = (slice(8, 20), slice(8, 12), slice(0, 3))
     maps = Maps().see()

@@ -55,6 +55,22 @@ def test_every_option_becomes_a_launch_argument_that_exists(tmp_path: Path) -> N
     assert all(f'<arg name="{name}" default=' in launch for name in given)
 
 
+@pytest.mark.parametrize(
+    ("words", "policy"),
+    [
+        ([], "known_bodies"),
+        (["--planner", "original"], "free"),
+        (["--planner", "original", "--hidden", "occupied"], "occupied"),
+    ],
+)
+def test_what_no_camera_sees_is_free_with_the_published_planner_alone(words: list, policy: str) -> None:
+    """It is always named: what repeats a mission goes by it, whatever the launch file's default is by then."""
+    assert f"hidden:={policy}" in command(parser().parse_args(words), 11311)
+    for file in ("experiment", "full_system", "real_cell"):
+        text = (Path(__file__).parents[4] / "launch" / "cell" / f"{file}.launch").read_text()
+        assert """name="hidden" default="$(eval 'free' if arg('planner') == 'original' else 'known_bodies')\"""" in text
+
+
 def test_an_exploration_has_a_launch_file_of_its_own(tmp_path: Path) -> None:
     words = ["--case", "explore", "--controller", "nearest", "--limit", "60", "--results", str(tmp_path)]
     options = parser().parse_args(words)
