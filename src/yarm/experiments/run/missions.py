@@ -12,6 +12,7 @@ import yaml
 
 from yarm.commander.params import Execution, Removal
 from yarm.experiments.run.writers import is_finished
+from yarm.planning.model.hidden import HiddenPolicy
 from yarm.resources import package_root
 
 CASES = ("2m1ma", "3m")
@@ -47,8 +48,12 @@ def launch(command: Sequence[str], log: TextIO) -> None:
 
 
 def mission_command(folder: Path, case: str) -> List[str]:
-    """The run of one case, as its scene file lays it out and as published: in steps, reached debris is deleted."""
+    """The run of one case, as its scene file lays it out and as published.
+
+    In steps, reached debris is deleted, and what no camera sees is free.
+    """
     published = ["--nominal", "--removal", Removal.DELETE.value, "--execution", Execution.STEPS.value]
+    published += ["--hidden", HiddenPolicy.FREE.value]
     return [*experiment_command(), *published, "--case", case, "--seed", str(SEED), "--results", str(folder)]
 
 

@@ -17,6 +17,7 @@ from yarm.experiments.statistics import Proportion, percentile
 from yarm.experiments.study.design import FITTED, YARM, table_study
 from yarm.experiments.study.trial import TrialResult, TrialSpec, raster_share
 from yarm.geometry.kinds import ContactKind
+from yarm.planning.model.hidden import HiddenPolicy
 
 LIMIT_S = 120.0
 """Simulated time a run may take; in the kinematic world no trial that arrives takes half of it."""
@@ -71,15 +72,16 @@ def run_sample(
 
 
 def command(folder: Path, spec: TrialSpec) -> List[str]:
-    """The run that repeats a trial: in steps, the same planner, seed and share of the raster done.
+    """The run that repeats a trial: the same planner, seed and share of the raster done, what no camera sees free.
 
-    ``original`` is unguarded.
+    In steps; ``original`` is unguarded.
     """
     options = {
         "--case": spec.scene,
         "--seed": spec.seed,
         "--planner": spec.planner,
         "--execution": Execution.STEPS.value,
+        "--hidden": HiddenPolicy.FREE.value,
         "--particles": spec.particles,
         "--raster": f"{raster_share(spec.seed):.4f}",
         "--limit": LIMIT_S,

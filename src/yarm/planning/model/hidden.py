@@ -25,6 +25,8 @@ UNKNOWN = "unknown_"
 """What the names of things that nobody registered begin with, on the map."""
 ROUNDING = 1e-6
 """Of a size in cells, and of a time, s."""
+UNWATCHED_S = 0.5
+"""After longer without a map, s, something may have come in anywhere."""
 NAMED_HIDERS = 30
 """Objects that have a bit of their own in ``Visibility.hidden_by``."""
 
@@ -49,7 +51,7 @@ class HiddenParams:
         least_m: what is hidden is at least this large in every direction, m; 0: it may have any size.
         starts_clear: nothing unregistered is in the cell at the start, nor ever where no camera looks.
         fenced: nothing comes in from outside behind registered bodies that alone hide the border, and have since it
-            was seen.
+            was seen, while maps come.
     """
 
     policy: HiddenPolicy = HiddenPolicy.FREE
@@ -180,7 +182,8 @@ class HiddenSpace:
         self._ever |= known
         self._gap = self._gap & ~known | hidden & self._others_hide(stamp_s)
         entered = self._gap and self._gap & volume.opened(self._gap | skin, self._least)
-        outside = volume.border & entered if self.params.fenced else volume.border
+        watched = self.params.fenced and stamp_s - self._seen_s <= UNWATCHED_S
+        outside = volume.border & entered if watched else volume.border
         reached = self._possible | self._things | things
         for _ in range(min(max(1, steps), max(volume.shape))):
             reached = volume.grown(reached) | outside

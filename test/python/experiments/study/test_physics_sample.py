@@ -43,7 +43,7 @@ def test_the_run_repeats_the_trial(tmp_path: Path) -> None:
     assert {"--sync", "--unguarded", "--planned-once"} <= set(call)
     options = dict(zip(call[first::2], call[first + 1 :: 2]))
     assert (options["--planner"], options["--seed"], options["--particles"]) == ("original", "1", "20")
-    assert options["--execution"] == "steps"
+    assert (options["--execution"], options["--hidden"]) == ("steps", "free")
     assert float(options["--raster"]) == pytest.approx(raster_share(1), abs=1e-4)
     guarded = command(tmp_path, TrialSpec("1m1ma_target", "yarm", True, 20, 1, 1))
     assert not {"--unguarded", "--planned-once"} & set(guarded)

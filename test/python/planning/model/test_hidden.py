@@ -186,9 +186,10 @@ def test_in_a_fenced_cell_who_was_seen_may_still_go_behind_a_robot():
     assert maps.see(BEHIND, periods=30).count == 48
 
 
-def test_a_pause_between_maps_counts_as_time_to_move():
+@pytest.mark.parametrize("fenced", [False, True])
+def test_a_pause_between_maps_counts_as_time_to_move(fenced):
     lane = (slice(8, 20), slice(8, 12), slice(0, 3))
-    maps = Maps().see()
+    maps = Maps(replace(KNOWN, fenced=fenced)).see()
     maps.now_s += 1.0
     assert maps.see(lane).count == 144
 
