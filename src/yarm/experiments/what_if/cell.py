@@ -35,8 +35,8 @@ class NoCellError(RuntimeError):
 
 Settings = Tuple[Tuple[str, str], ...]
 """Names and values, as texts."""
-COUNTED = ("planner", "particles", "turns_deg", "execution", "removal", "check_steps", "hidden")
-"""Parameters of a Commander that its forks take over; the last one counts only where there are cameras."""
+COUNTED = ("planner", "particles", "turns_deg", "execution", "removal", "check_steps", "hidden", "sand_elsewhere")
+"""Parameters of a Commander that its forks take over; the last two count in physics only."""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,8 @@ OPTIONS: Mapping[str, str] = {
     "removal": "--removal",
 }
 """Settings that a run in physics knows, and run_experiment's options for them."""
+FLAGS: Mapping[str, str] = {"sand_elsewhere": "--sand-elsewhere"}
+"""Those that are true or false."""
 CHECKED = "check_steps"
 """A run in physics sends only what the checker passes."""
 LEAST_PRIORITY = "19"
@@ -120,9 +122,9 @@ def check_physics(specs: Sequence[WhatIfSpec]) -> None:
         WhatIfError: a setting is none of run_experiment's, or the cell cannot be written as a scene.
     """
     for spec in {spec.name: spec for spec in reversed(specs)}.values():
-        unknown = {name for name, _ in spec.settings} - {*OPTIONS, ROBOTS}
+        unknown = {name for name, _ in spec.settings} - {*OPTIONS, *FLAGS, ROBOTS}
         if unknown:
-            known = ", ".join((*OPTIONS, ROBOTS))
+            known = ", ".join((*OPTIONS, *FLAGS, ROBOTS))
             raise WhatIfError(f"--physics: {', '.join(sorted(unknown))}: settings are {known}")
         checked = dict(spec.cell.settings).get(CHECKED, "true")
         if checked != "true":
@@ -170,6 +172,7 @@ def _options(spec: WhatIfSpec) -> List[str]:
             loaded = yaml.safe_load(value)
             text = ",".join(f"{angle:g}" for angle in loaded) if isinstance(loaded, list) else str(value)
             words.append(f"{OPTIONS[name]}={text}")
+    words += [flag for name, flag in FLAGS.items() if yaml.safe_load(str(given.get(name, False)))]
     words += ["--seed", str(spec.seed), "--raster", f"{_share(spec):.3f}", "--limit", str(spec.limit_s)]
     return [*words, "--mode", _state(spec).lower()]
 

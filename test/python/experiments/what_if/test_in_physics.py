@@ -117,6 +117,17 @@ def test_hidden_space_counts_where_there_are_cameras(cell: Cell) -> None:
         specs_of(cell, [alternative("hidden=known_bodies")], 1, 1, LIMITS)
 
 
+def test_whether_it_sands_elsewhere_counts_where_the_sander_decides(cell: Cell) -> None:
+    (spec,) = specs_of(cell, [alternative("sand_elsewhere=true")], 1, 1, LIMITS, in_physics=True)
+    check_physics([spec])
+    assert "--sand-elsewhere" in physics._options(spec)
+    live = replace(cell, settings=(("sand_elsewhere", "True"),))
+    own, other = specs_of(live, [alternative(""), alternative("sand_elsewhere=false")], 1, 1, LIMITS, in_physics=True)
+    assert "--sand-elsewhere" in physics._options(own) and "--sand-elsewhere" not in physics._options(other)
+    with pytest.raises(WhatIfError, match="a fork plays the raster back"):
+        specs_of(cell, [alternative("sand_elsewhere=true")], 1, 1, LIMITS)
+
+
 def test_debris_comes_when_the_raster_is_where_it_was(cell: Cell) -> None:
     """It would keep the sander waiting before; where no manipulator works it is there at once."""
     (spec,) = specs_of(replace(cell, share=0.4), [alternative("")], 1, 1, {**LIMITS, "bounded": True}, in_physics=True)
