@@ -101,4 +101,6 @@ class Calibration(Activity):
         self.cell.answers = dict(self._answers)
         for name, robot in self.cell.robots.items():
             self.cell.homes.setdefault(name, Target(robot.x, robot.y, robot.yaw_rad))
+        if self.cell.params.starts_clear:
+            self.cell.hidden.start()
         self.finish(Ending.SUCCEEDED)

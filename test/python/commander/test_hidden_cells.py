@@ -80,6 +80,20 @@ def test_what_a_registered_robot_hides_is_driven_into_and_so_is_anything_when_hi
         assert cell.status.outcome == "succeeded", hidden
 
 
+def test_where_the_cell_is_clear_at_the_start_what_was_hidden_before_the_calibration_does_not_count():
+    """Perception has no names before it; what hides may be anybody then."""
+    for starts_clear, outcome in ((True, "succeeded"), (False, "")):
+        params = CommanderParams(hidden="known_bodies", starts_clear=starts_clear, hidden_age_s=2.0)
+        cell = ShadyCell(params, ankurbot_1=(0.65, 1.6, math.pi), ankurbot_2=(0.65, -1.9, math.pi))
+        cell.hider = ""
+        cell.run_for(5.0)
+        cell.calibrate()
+        cell.hider, cell.targets["target_1"] = "ankurbot_2", TARGET
+        assert cell.request(jump_state=5).success
+        cell.run_for(40.0)
+        assert cell.status.outcome == outcome, starts_clear
+
+
 def test_after_a_commanders_death_what_was_hidden_meanwhile_has_to_be_seen_first():
     cell = mission("known_bodies", hider="ankurbot_2", leaves_m=0.3)
     cell.run(lambda: cell.robots["ankurbot_1"].goal is not None, 30.0)

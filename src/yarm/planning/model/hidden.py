@@ -25,8 +25,6 @@ UNKNOWN = "unknown_"
 """What the names of things that nobody registered begin with, on the map."""
 ROUNDING = 1e-6
 """Of a size in cells, and of a time, s."""
-UNWATCHED_S = 0.5
-"""After longer without a map, s, something may have come in anywhere."""
 NAMED_HIDERS = 30
 """Objects that have a bit of their own in ``Visibility.hidden_by``."""
 
@@ -51,7 +49,7 @@ class HiddenParams:
         least_m: what is hidden is at least this large in every direction, m; 0: it may have any size.
         starts_clear: nothing unregistered is in the cell at the start, nor ever where no camera looks.
         fenced: nothing comes in from outside behind registered bodies that alone hide the border, and have since it
-            was seen, while maps come.
+            was seen, nor while there is no map.
     """
 
     policy: HiddenPolicy = HiddenPolicy.FREE
@@ -79,6 +77,11 @@ class HiddenSpace:
         self._unseen: IntArray = np.empty(0, dtype=np.int64)
         self._hidden_by = np.empty(0, dtype=np.uint32)
         self._objects: List[MappedObject] = []
+
+    def start(self) -> None:
+        """The mission starts here: maps from before the calibration had no names for what hides, and are forgotten."""
+        if self._spec is not None:
+            self._start(self._spec, self._seen_s)
 
     def begin_unwatched(self) -> None:
         """Nobody has followed the cell for a while: what the next map hides may hold something that has come since."""
@@ -182,8 +185,7 @@ class HiddenSpace:
         self._ever |= known
         self._gap = self._gap & ~known | hidden & self._others_hide(stamp_s)
         entered = self._gap and self._gap & volume.opened(self._gap | skin, self._least)
-        watched = self.params.fenced and stamp_s - self._seen_s <= UNWATCHED_S
-        outside = volume.border & entered if watched else volume.border
+        outside = volume.border & entered if self.params.fenced else volume.border
         reached = self._possible | self._things | things
         for _ in range(min(max(1, steps), max(volume.shape))):
             reached = volume.grown(reached) | outside

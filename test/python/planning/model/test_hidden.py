@@ -82,6 +82,14 @@ def test_what_is_hidden_when_somebody_takes_over_is_not_known_to_be_free_until_i
     assert maps.see(BEHIND).count == 0, "the simulator was started again, and begins as the scene says"
 
 
+def test_what_was_told_before_the_start_is_forgotten():
+    maps = Maps().see().see(BEHIND, bits=NO_HIDER, periods=90)
+    assert maps.count == 48
+    maps.space.start()
+    assert maps.space.fault(maps.now_s, 1.0) == ""
+    assert maps.see(BEHIND, periods=90).count == 0, "a registered body hides it, and at the start nothing was there"
+
+
 def test_what_something_else_hides_is_free_for_a_while_only():
     crate = body("unknown_1", block((1, 3), (1, 3)))
     for bits in (NO_HIDER, NO_HIDER | 1, 2):
@@ -186,12 +194,12 @@ def test_in_a_fenced_cell_who_was_seen_may_still_go_behind_a_robot():
     assert maps.see(BEHIND, periods=30).count == 48
 
 
-@pytest.mark.parametrize("fenced", [False, True])
-def test_a_pause_between_maps_counts_as_time_to_move(fenced):
+@pytest.mark.parametrize(("fenced", "count"), [(False, 144), (True, 0)])
+def test_a_pause_between_maps_counts_as_time_to_move(fenced, count):
     lane = (slice(8, 20), slice(8, 12), slice(0, 3))
     maps = Maps(replace(KNOWN, fenced=fenced)).see()
     maps.now_s += 1.0
-    assert maps.see(lane).count == 144
+    assert maps.see(lane).count == count
 
 
 @pytest.mark.parametrize(
