@@ -71,10 +71,10 @@ class Tally:
 class TruthCell:
     """A simulated cell, and one Commander's view of it for each policy."""
 
-    def __init__(self, rng: np.random.Generator, scene: str, silent: int) -> None:
+    def __init__(self, rng: np.random.Generator, scene: str, silent: int, fenced: bool) -> None:
         """Robots at random places; ``silent`` of the cameras will have no view after calibration."""
         self.cell = SimulatedCell(scene, visibility=True, places=_places(rng))
-        params = CommanderParams(starts_clear=True, fenced=True)
+        params = CommanderParams(starts_clear=True, fenced=fenced)
         self.views = {p: CellState(replace(params, hidden=p.value)) for p in HiddenPolicy}
         for view in self.views.values():
             view.kinds = {body.name: body.kind for body in self.cell.world.bodies.values()}
@@ -139,10 +139,10 @@ class TruthCell:
         self.cell.close()
 
 
-def run_trial(seed: int, silent: int, goals: int, tally: Tally) -> None:
+def run_trial(seed: int, silent: int, goals: int, tally: Tally, fenced: bool = True) -> None:
     """One trial, of whose cameras so many are silent; so many goals a robot, counts into ``tally``."""
     rng = np.random.default_rng(seed)
-    cell = TruthCell(rng, "3m", silent)
+    cell = TruthCell(rng, "3m", silent, fenced)
     try:
         robots = sorted(cell.views[HiddenPolicy.FREE].robots)
         _count_feasible(cell, rng, robots, goals, tally)

@@ -10,10 +10,11 @@ from yarm.planning.model.hidden import HiddenPolicy
 GOALS = 3
 
 
+@pytest.mark.parametrize("fenced", [False, True])
 @pytest.mark.parametrize("seed", [15])
-def test_what_stands_where_two_of_four_cameras_do_not_see_it_is_not_driven_into(seed):
+def test_what_stands_where_two_of_four_cameras_do_not_see_it_is_not_driven_into(seed, fenced):
     tally = Tally()
-    run_trial(seed, silent=2, goals=GOALS, tally=tally)
+    run_trial(seed, silent=2, goals=GOALS, tally=tally, fenced=fenced)
     free, known = tally.counts[HiddenPolicy.FREE], tally.counts[HiddenPolicy.KNOWN_BODIES]
     assert free.hidden == known.hidden == 1, f"seed {seed}: nothing was hidden"
     assert free.driven_into == 1, f"seed {seed}: nothing to see: the published way does not lead there either"
