@@ -72,13 +72,50 @@ pc::AssociationParams withStrays(double debris_size) {
   return params;
 }
 
+/// Telling free from hidden: votes of the cameras, the cells' states, and who hides them.
+class Visibility {
+ public:
+  void vote(const std::vector<pc::CameraCloud>& clouds, const pc::MergedSet& set, Stopwatch& watch) {
+    voter_.vote(clouds, set, votes_);
+    watch.lap("5 votes");
+    if (coverage_.through.empty()) {
+      voter_.coverage(coverage_);
+      for (std::size_t camera = 0; camera < kCameras; ++camera) {
+        seen_.cameras.push_back(voter_.place(camera));
+      }
+      watch.lap("(coverage)");
+    }
+  }
+
+  void describe(const pc::OccupancyGrid& grid, Stopwatch& watch) {
+    map_.update(votes_);
+    map_.describe(votes_, coverage_, seen_);
+    watch.lap("6 states");
+    hidden_ = finder_.find(grid, seen_).size();
+    watch.lap("7 who hides");
+  }
+
+  [[nodiscard]] std::size_t hidden() const { return hidden_; }
+
+ private:
+  pc::VisibilityVoter voter_{pc::GridSpec{}, {}, {}, kCameras};
+  pc::VisibilityMap map_;
+  pc::HiderFinder finder_{pc::GridSpec{}};
+  pc::CellVotes votes_;
+  pc::CellVotes coverage_;
+  pc::SeenCells seen_;
+  std::size_t hidden_{0};
+};
+
 /// One back end with everything behind it.
 class Chain {
  public:
-  Chain(const std::string& backend, const pc::MergeParams& params, double debris_size = 0.0)
+  Chain(const std::string& backend, const pc::MergeParams& params, double debris_size = 0.0,
+        Visibility* visibility = nullptr)
       : backend_(pc::makeBackend(backend, params, {})),
         associator_(pc::makeAssociator("yarm", withStrays(debris_size))),
-        grid_(pc::GridSpec{}) {}
+        grid_(pc::GridSpec{}),
+        visibility_(visibility) {}
 
   void process(const std::vector<pc::CameraCloud>& clouds, const yarm::test::Scene& scene, bool calibrating) {
     const auto seeds = scene.seeds(clouds.front().stamp_ns);
@@ -86,12 +123,18 @@ class Chain {
     Stopwatch watch(samples_);
     backend_->merge(clouds, set_);
     watch.lap("1 merge");
+    if (visibility_ != nullptr) {
+      visibility_->vote(clouds, set_, watch);
+    }
     backend_->cluster(set_);
     watch.lap("2 cluster");
     const pc::AssociatedSet& result = associator_->associate({&set_, &seeds, &knowledge, &scene.poses, calibrating});
     watch.lap("3 associate");
-    grid_.build(result);
+    const pc::OccupancyGrid& grid = grid_.build(result);
     watch.lap("4 grid");
+    if (visibility_ != nullptr) {
+      visibility_->describe(grid, watch);
+    }
     watch.total();
   }
 
@@ -110,6 +153,7 @@ class Chain {
   std::unique_ptr<pc::MergeBackend> backend_;
   std::unique_ptr<pc::Associator> associator_;
   pc::OccupancyBuilder grid_;
+  Visibility* visibility_;
   pc::MergedSet set_;
   Samples samples_;
   long faults_{0};
@@ -177,10 +221,14 @@ void printTable(const char* title, const Chain& fused, const Chain& pcl) {
               fused.set().centroids.size(), fused.set().clusters.size());
   std::printf("| %-12s | %-21s | %-21s | ratio |\n", "CPU ms a set", "fused p50      p99", "pcl p50        p99");
   for (const auto& [stage, values] : fused.samples()) {
-    const std::vector<double>& other = pcl.samples().at(stage);
-    std::printf("| %-12s | %9.3f %11.3f | %9.3f %11.3f | %5.1f |\n", stage.c_str(), percentile(values, 0.5),
-                percentile(values, 0.99), percentile(other, 0.5), percentile(other, 0.99),
-                percentile(other, 0.5) / percentile(values, 0.5));
+    const auto other = pcl.samples().find(stage);
+    std::printf("| %-12s | %9.3f %11.3f |", stage.c_str(), percentile(values, 0.5), percentile(values, 0.99));
+    if (other == pcl.samples().end()) {
+      std::printf(" %21s |       |\n", "");
+    } else {
+      const double half = percentile(other->second, 0.5);
+      std::printf(" %9.3f %11.3f | %5.1f |\n", half, percentile(other->second, 0.99), half / percentile(values, 0.5));
+    }
   }
   std::printf("| %-12s | %9.1f %11s | %9.1f %11s |       |\n", "page faults", fused.faults(), "", pcl.faults(), "");
 }
@@ -219,53 +267,14 @@ void measureStrays(const yarm::test::Scene& scene, int sets) {
               associate(plain, 0.5), associate(plain, 0.99), associate(looking, 0.5), associate(looking, 0.99));
 }
 
-/// What telling free from hidden costs beside the chain: votes of the cameras, the cells' states, and who hides them.
+/// What telling free from hidden costs: the fused back end with it beside `pcl` without.
 void measureVisibility(const yarm::test::Scene& scene, int sets) {
-  const auto backend = pc::makeBackend("fused", {}, {});
-  const auto associator = pc::makeAssociator("yarm", withStrays(0.0));
-  pc::OccupancyBuilder builder(pc::GridSpec{});
-  pc::VisibilityVoter voter(pc::GridSpec{}, {}, {}, kCameras);
-  pc::VisibilityMap map;
-  pc::HiderFinder finder(pc::GridSpec{});
-  pc::MergedSet set;
-  pc::CellVotes votes;
-  pc::CellVotes coverage;
-  pc::SeenCells seen;
-  Samples samples;
-  yarm::test::SceneFactory factory(1, 1.0, kCameras);
-  factory.render(scene);
-  const auto clouds = factory.clouds(1);
-  const auto seeds = scene.seeds(clouds.front().stamp_ns);
-  const auto knowledge = scene.knowledge();
-  std::size_t hidden = 0;
-  for (int i = 0; i < kCalibration + sets; ++i) {
-    Stopwatch watch(samples);
-    backend->merge(clouds, set);
-    watch.lap("1 merge");
-    voter.vote(clouds, set, votes);
-    watch.lap("2 vote");
-    if (i == 0) {
-      voter.coverage(coverage);
-      for (std::size_t camera = 0; camera < kCameras; ++camera) {
-        seen.cameras.push_back(voter.place(camera));
-      }
-    }
-    backend->cluster(set);
-    const bool calibrating = i < kCalibration;
-    const auto& grid = builder.build(associator->associate({&set, &seeds, &knowledge, &scene.poses, calibrating}));
-    watch.lap("(cluster to grid)");
-    map.update(votes);
-    map.describe(votes, coverage, seen);
-    watch.lap("3 states");
-    hidden = finder.find(grid, seen).size();
-    watch.lap("4 hiders");
-  }
-  std::printf("\n%zu cells that no camera sees\n", hidden);
-  std::printf("\nvisibility, CPU ms a set: first (views are computed), p50, p99\n");
-  for (const auto& [stage, values] : samples) {
-    std::printf("%-18s %9.3f %9.3f %9.3f\n", stage.c_str(), values.front(), percentile(values, 0.5),
-                percentile(values, 0.99));
-  }
+  Visibility visibility;
+  Chain fused("fused", {}, 0.0, &visibility);
+  Chain pcl("pcl", {});
+  race(scene, kCameras, sets, {}, fused, pcl);
+  printTable("the first again, fused with visibility", fused, pcl);
+  std::printf("%zu cells that no camera sees\n", visibility.hidden());
 }
 
 void measureAll(int sets, RawRows& rows) {

@@ -20,7 +20,7 @@ constexpr float kDepthSlack = 0.001F;  // of rounding, metres
 enum class Verdict { kThrough, kBehind, kUnread, kMixed };
 
 /// What holds for every cell of the k-th of eight groups.
-Verdict verdictOn(const EightFound& found, const EightBoxes& groups, unsigned k) {
+Verdict verdictOn(const EightFound& found, const EightGroups& groups, unsigned k) {
   const auto is = [k](unsigned bits) { return (bits >> k & 1U) != 0; };
   if (!is(groups.taken)) {
     return Verdict::kMixed;
@@ -48,37 +48,79 @@ DepthBox unionOf(const DepthBox& a, const DepthBox& b) {
 /// One camera's votes on one set.
 class CellViews::Ballot {
  public:
-  Ballot(const CellViews& views, const DepthWindows& clear, std::uint16_t bit, CellVotes& votes)
-      : views_(views), clear_(clear), bit_(bit), votes_(votes), pairs_{{{0, 0}, {bit, 0}, {0, bit}, {bit, bit}}} {}
+  Ballot(const CellViews& views, const DepthWindows& clear, std::uint16_t bit, SeenThrough& seen, CellVotes& votes)
+      : views_(views),
+        clear_(clear),
+        bit_(bit),
+        seen_(seen),
+        votes_(votes),
+        pairs_{{{0, 0}, {bit, 0}, {0, bit}, {bit, bit}}} {
+    seen_.halls.resize(views.halls_.size(), 0);
+    seen_.blocks.resize(views.blocks_.size(), 0);
+  }
 
   void castAll() {
-    forEachPart({{0, 0, 0}, views_.size_}, kHall, [this](const Cells& hall) {
-      castGroups(hall, kBlock, views_.halls_[hall_++], [this](Verdict of_block, const Cells& block) {
-        const EightBoxes& parts = views_.blocks_[block_++];
-        if (of_block == Verdict::kMixed) {
-          castGroups(block, kPart, parts, [this](Verdict of_part, const Cells& part) {
-            const EightBoxes& cells = views_.parts_[part_++];
-            if (of_part == Verdict::kMixed) {
-              castEach(part, cells);
-            }
-          });
-        } else {
-          part_ += partsOf(block);
-        }
-      });
+    std::size_t hall = 0;
+    forEachPart({{0, 0, 0}, views_.size_}, kHall, [this, &hall](const Cells& cells) {
+      const std::size_t blocks = groupsOf(cells, kBlock);
+      if (allOf(blocks, seen_.halls[hall])) {
+        block_ += blocks;
+        part_ += groupsOf(cells, kPart);
+      } else {
+        fetch(views_.blocks_, block_, block_ + blocks);
+        castGroups(cells, kBlock, views_.halls_[hall], seen_.halls[hall],
+                   [this](Verdict of_block, const Cells& block) { return castBlock(of_block, block); });
+      }
+      ++hall;
     });
   }
 
  private:
-  /// Casts the votes of those of eight groups whose cells all have the same, and tells `use` of each what it is.
+  /// Of all eight bits, or of the fewer groups of a hall or block at the grid's end.
+  static bool allOf(std::size_t groups, unsigned bits) {
+    return static_cast<std::size_t>(__builtin_popcount(bits)) == groups;
+  }
+
+  /// Asks for boxes that are soon looked at: others have pushed them out of the nearer caches since the last set.
+  template <class Boxes>
+  static void fetch(const std::vector<Boxes>& all, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      __builtin_prefetch(&all[i]);
+      __builtin_prefetch(&all[i].deepest);
+    }
+  }
+
+  /// Casts the votes of those of eight groups whose cells all have the same, and tells `use` of each what it is, which
+  /// says whether it is seen through as a whole. `seen`: those that are.
   template <class Use>
-  void castGroups(const Cells& whole, int edge, const EightBoxes& groups, Use&& use) {
+  void castGroups(const Cells& whole, int edge, const EightGroups& groups, std::uint8_t& seen, Use&& use) {
     const EightFound found = clear_.lookAtGroups(groups);
+    const unsigned before = seen;
     forEachPart(whole, edge, [&](const Cells& group) {
-      const Verdict verdict = verdictOn(found, groups, laneOf(whole, group));
-      cast(verdict, group);
-      use(verdict, group);
+      const unsigned lane = laneOf(whole, group);
+      Verdict verdict = Verdict::kThrough;
+      if ((before >> lane & 1U) == 0) {
+        verdict = verdictOn(found, groups, lane);
+        cast(verdict, group);
+      }
+      seen = static_cast<std::uint8_t>(seen | static_cast<unsigned>(use(verdict, group)) << lane);
     });
+  }
+
+  bool castBlock(Verdict of_block, const Cells& block) {
+    std::uint8_t& seen = seen_.blocks[block_];
+    const EightGroups& parts = views_.blocks_[block_++];
+    const std::size_t first = part_;
+    part_ += groupsOf(block, kPart);
+    if (of_block == Verdict::kMixed) {
+      std::size_t part = first;
+      fetch(views_.parts_, first, part_);
+      castGroups(block, kPart, parts, seen, [this, &part](Verdict of_part, const Cells& cells) {
+        const EightBoxes& each = views_.parts_[part++];
+        return of_part == Verdict::kThrough || (of_part == Verdict::kMixed && castEach(cells, each));
+      });
+    }
+    return of_block == Verdict::kThrough || allOf(part_ - first, seen);
   }
 
   void cast(Verdict verdict, const Cells& cells) {
@@ -98,11 +140,12 @@ class CellViews::Ballot {
     }
   }
 
-  /// Each of the cells of a part on its own.
-  void castEach(const Cells& part, const EightBoxes& boxes) {
+  /// Each of the cells of a part on its own; whether all of them are seen through now, by whomever.
+  bool castEach(const Cells& part, const EightBoxes& boxes) {
     const EightFound found = clear_.lookAt(boxes);
     const unsigned behind = found.before & boxes.taken;
     const unsigned through = ~(found.before | found.missing) & boxes.taken;
+    bool all = true;
     unsigned lane = 0;
     for (int x = part.low[0]; x < part.high[0]; ++x, lane = 4) {
       for (int y = part.low[1]; y < part.high[1]; ++y, lane += 2) {
@@ -110,12 +153,15 @@ class CellViews::Ballot {
         if (part.high[2] - part.low[2] == kPart) {
           addBits<kPart>(&votes_.through[first], pairs_[through >> lane & 3U]);
           addBits<kPart>(&votes_.behind[first], pairs_[behind >> lane & 3U]);
+          all = all && votes_.through[first] != 0 && votes_.through[first + 1] != 0;
         } else {
           votes_.through[first] |= pairs_[through >> lane & 1U][0];
           votes_.behind[first] |= pairs_[behind >> lane & 1U][0];
+          all = all && votes_.through[first] != 0;
         }
       }
     }
+    return all;
   }
 
   /// To several cells at once.
@@ -138,9 +184,9 @@ class CellViews::Ballot {
   const CellViews& views_;
   const DepthWindows& clear_;
   std::uint16_t bit_;
+  SeenThrough& seen_;
   CellVotes& votes_;
   std::array<std::array<std::uint16_t, kPart>, 4> pairs_;  // two cells: the bit in neither, the first, the second, both
-  std::size_t hall_{0};
   std::size_t block_{0};
   std::size_t part_{0};
 };
@@ -164,10 +210,10 @@ unsigned CellViews::laneOf(const Cells& whole, const Cells& part) {
   return 4 * along(0) + 2 * along(1) + along(2);
 }
 
-/// How many parts a block has.
-std::size_t CellViews::partsOf(const Cells& block) {
+/// How many groups of an edge some cells are.
+std::size_t CellViews::groupsOf(const Cells& whole, int edge) {
   const auto along = [&](std::size_t axis) {
-    return static_cast<std::size_t>(block.high[axis] - block.low[axis] + kPart - 1) / kPart;
+    return static_cast<std::size_t>((whole.high[axis] - whole.low[axis] + edge - 1) / edge);
   };
   return along(0) * along(1) * along(2);
 }
@@ -186,8 +232,8 @@ CellViews::CellViews(const GridSpec& grid, const Pinhole& optics, const Eigen::I
 }
 
 /// Adds the boxes of the eight parts of some cells, as `box_of` gives them; gives back that of all.
-template <class BoxOf>
-DepthBox CellViews::addEight(const Cells& whole, int edge, std::vector<EightBoxes>& to, BoxOf&& box_of) {
+template <class Boxes, class BoxOf>
+DepthBox CellViews::addEight(const Cells& whole, int edge, std::vector<Boxes>& to, BoxOf&& box_of) {
   std::array<DepthBox, 8> boxes;
   std::optional<DepthBox> all;
   forEachPart(whole, edge, [&](const Cells& part) {
@@ -247,8 +293,8 @@ DepthBox CellViews::boxOf(const Cells& cell) {
   return box;
 }
 
-void CellViews::vote(const DepthWindows& clear, std::uint16_t bit, CellVotes& votes) const {
-  Ballot(*this, clear, bit, votes).castAll();
+void CellViews::vote(const DepthWindows& clear, std::uint16_t bit, SeenThrough& seen, CellVotes& votes) const {
+  Ballot(*this, clear, bit, seen, votes).castAll();
 }
 
 }  // namespace yarm::perception

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace yarm::perception {
 
@@ -98,8 +99,12 @@ YARM_ALWAYS_INLINE void joinRows(const float* clear, std::size_t width, const Ro
   }
 }
 
-template <bool kGroups>
-EightFound look(const DepthWindows::Level& windows, std::size_t width, const EightBoxes& boxes) {
+/// Whether it is also asked for the farthest depths.
+template <class Boxes>
+constexpr bool kGroups = std::is_same_v<Boxes, EightGroups>;
+
+template <class Boxes>
+EightFound look(const DepthWindows::Level& windows, std::size_t width, const Boxes& boxes) {
   EightFound found{0, 0, 0, 0};
   for (std::size_t k = 0; k < 8; ++k) {
     DepthKey nearest = kNothing;
@@ -110,7 +115,7 @@ EightFound look(const DepthWindows::Level& windows, std::size_t width, const Eig
       for (int j = 0; j < boxes.windows_across; ++j) {
         const std::size_t at = static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column);
         nearest = nearer(nearest, windows.nearest[at]);
-        if (kGroups) {
+        if constexpr (kGroups<Boxes>) {
           farthest = std::max(farthest, windows.farthest[at]);
         }
         column = std::min<int>(column + boxes.edge, boxes.last_column[k]);
@@ -118,8 +123,10 @@ EightFound look(const DepthWindows::Level& windows, std::size_t width, const Eig
     }
     found.before |= static_cast<unsigned>((nearest & ~1) < boxes.deepest[k]) << k;
     found.missing |= static_cast<unsigned>(nearest & 1) << k;
-    found.beyond |= static_cast<unsigned>(farthest >= boxes.shallowest[k]) << k;
-    found.read |= static_cast<unsigned>(farthest > 0.F) << k;
+    if constexpr (kGroups<Boxes>) {
+      found.beyond |= static_cast<unsigned>(farthest >= boxes.shallowest[k]) << k;
+      found.read |= static_cast<unsigned>(farthest > 0.F) << k;
+    }
   }
   return found;
 }
@@ -139,9 +146,9 @@ __attribute__((target("avx2"))) inline unsigned signsOf(__m256 values) {
   return static_cast<unsigned>(_mm256_movemask_ps(values));
 }
 
-template <bool kGroups>
+template <class Boxes>
 __attribute__((target("avx2"))) EightFound lookAvx2(const DepthWindows::Level& windows, std::size_t width,
-                                                    const EightBoxes& boxes) {
+                                                    const Boxes& boxes) {
   const __m256i one = _mm256_set1_epi32(1);
   const __m256i edge = _mm256_set1_epi32(boxes.edge);
   const __m256i left = eightOf(boxes.left);
@@ -158,7 +165,7 @@ __attribute__((target("avx2"))) EightFound lookAvx2(const DepthWindows::Level& w
       const __m256i key = _mm256_i32gather_epi32(windows.nearest.data(), at, sizeof(DepthKey));
       const __m256i misses = _mm256_and_si256(_mm256_or_si256(nearest, key), one);
       nearest = _mm256_or_si256(_mm256_min_epi32(nearest, key), misses);
-      if (kGroups) {
+      if constexpr (kGroups<Boxes>) {
         farthest = _mm256_max_ps(farthest, _mm256_i32gather_ps(windows.farthest.data(), at, sizeof(float)));
       }
       column = _mm256_min_epi32(_mm256_add_epi32(column, edge), last_column);
@@ -166,11 +173,13 @@ __attribute__((target("avx2"))) EightFound lookAvx2(const DepthWindows::Level& w
     row = _mm256_min_epi32(_mm256_add_epi32(row, edge), last_row);
   }
   const __m256i deepest = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(boxes.deepest.data()));
-  const __m256 shallowest = _mm256_loadu_ps(boxes.shallowest.data());
-  return {signsOf(_mm256_castsi256_ps(_mm256_cmpgt_epi32(deepest, _mm256_andnot_si256(one, nearest)))),
-          signsOf(_mm256_castsi256_ps(_mm256_slli_epi32(nearest, 31))),
-          signsOf(_mm256_cmp_ps(farthest, shallowest, _CMP_GE_OQ)),
-          signsOf(_mm256_cmp_ps(farthest, _mm256_setzero_ps(), _CMP_GT_OQ))};
+  EightFound found{signsOf(_mm256_castsi256_ps(_mm256_cmpgt_epi32(deepest, _mm256_andnot_si256(one, nearest)))),
+                   signsOf(_mm256_castsi256_ps(_mm256_slli_epi32(nearest, 31))), 0, 0};
+  if constexpr (kGroups<Boxes>) {
+    found.beyond = signsOf(_mm256_cmp_ps(farthest, _mm256_loadu_ps(boxes.shallowest.data()), _CMP_GE_OQ));
+    found.read = signsOf(_mm256_cmp_ps(farthest, _mm256_setzero_ps(), _CMP_GT_OQ));
+  }
+  return found;
 }
 
 #endif
@@ -203,8 +212,13 @@ EightBoxes::EightBoxes(const std::array<DepthBox, 8>& boxes) {
       last_column[k] = static_cast<std::uint16_t>(box.right + 1 - edge);
       last_row[k] = static_cast<std::uint16_t>(box.bottom + 1 - edge);
       deepest[k] = keyOf(box.deepest);
-      shallowest[k] = box.shallowest;
     }
+  }
+}
+
+EightGroups::EightGroups(const std::array<DepthBox, 8>& boxes) : EightBoxes(boxes) {
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    shallowest[k] = boxes[k].shallowest;
   }
 }
 
@@ -221,13 +235,13 @@ void DepthWindows::take(const std::vector<float>& clear, std::size_t width, cons
     windows.squares[i] = rowOf(squares_[i], 0);
   }
   auto join = &joinRows;
-  look_ = &look<false>;
-  look_at_groups_ = &look<true>;
+  look_ = &look<EightBoxes>;
+  look_at_groups_ = &look<EightGroups>;
 #ifdef YARM_HAVE_AVX2_PATH
   if (hasAvx2() && !force_scalar) {
     join = &joinRowsAvx2;
-    look_ = &lookAvx2<false>;
-    look_at_groups_ = &lookAvx2<true>;
+    look_ = &lookAvx2<EightBoxes>;
+    look_at_groups_ = &lookAvx2<EightGroups>;
   }
 #else
   static_cast<void>(force_scalar);

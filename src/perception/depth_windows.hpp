@@ -24,7 +24,8 @@ struct DepthBox {
   [[nodiscard]] bool isNone() const { return right < left; }
 };
 
-/// Up to eight boxes that are looked at together.
+/// Up to eight boxes that are looked at together; without `shallowest`, which only groups have a use for: there are
+/// many, and reading them costs as much as their windows.
 class EightBoxes {
  public:
   explicit EightBoxes(const std::array<DepthBox, 8>& boxes);
@@ -32,10 +33,17 @@ class EightBoxes {
   std::array<std::uint16_t, 8> left{}, top{};
   std::array<std::uint16_t, 8> last_column{}, last_row{};  ///< where the last of their windows begin
   std::array<DepthKey, 8> deepest{};
-  std::array<float, 8> shallowest{};
   std::uint8_t taken{0};                             ///< a bit for each that is a box
   std::uint8_t level{0}, edge{2};                    ///< of the windows: number of their size, and the size, pixels
   std::uint16_t windows_across{0}, windows_down{0};  ///< so many cover any of the boxes
+};
+
+/// The same of groups of cells.
+class EightGroups : public EightBoxes {
+ public:
+  explicit EightGroups(const std::array<DepthBox, 8>& boxes);
+
+  std::array<float, 8> shallowest{};
 };
 
 /// A bit for each of eight boxes; those of boxes that are not taken mean nothing.
@@ -55,8 +63,8 @@ class DepthWindows {
 
   /// `before` and `missing` only.
   [[nodiscard]] EightFound lookAt(const EightBoxes& boxes) const { return look_(squares_[boxes.level], width_, boxes); }
-  [[nodiscard]] EightFound lookAtGroups(const EightBoxes& boxes) const {
-    return look_at_groups_(squares_[boxes.level], width_, boxes);
+  [[nodiscard]] EightFound lookAtGroups(const EightGroups& groups) const {
+    return look_at_groups_(squares_[groups.level], width_, groups);
   }
 
   /// What windows of one size say, those of a row after the other; some behind the last of a row mean nothing.
@@ -66,11 +74,12 @@ class DepthWindows {
   };
 
  private:
-  using Look = EightFound (*)(const Level& windows, std::size_t width, const EightBoxes& boxes);
+  template <class Boxes>
+  using Look = EightFound (*)(const Level& windows, std::size_t width, const Boxes& boxes);
 
   std::size_t width_{0};
-  Look look_{nullptr};
-  Look look_at_groups_{nullptr};
+  Look<EightBoxes> look_{nullptr};
+  Look<EightGroups> look_at_groups_{nullptr};
   Level pairs_;  // of two rows and two columns each, while looking
   std::array<Level, kWindowSizes> squares_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace yarm::perception {
 
@@ -9,6 +10,8 @@ namespace {
 
 /// Cells behind a cell whose owners count: a reading there may still be in it, for all that its noise says.
 constexpr double kBehind = 3.0;
+/// Cells ahead whose lines are fetched: what others did since the last set has pushed them out of the nearer caches.
+constexpr std::size_t kAhead = 16;
 /// Cells of all lines to a camera that are kept; then they are found anew.
 constexpr std::size_t kMostKept = std::size_t{1} << 21;
 
@@ -22,27 +25,50 @@ HiderFinder::HiderFinder(const GridSpec& spec) : spec_(spec) {}
 
 const std::vector<std::uint32_t>& HiderFinder::find(const OccupancyGrid& grid, const SeenCells& seen) {
   gatherOwners(grid);
-  follow(seen.cameras);
   found_.clear();
+  unseen_.clear();
+  for (std::size_t i = 0; i < seen.states.size(); ++i) {
+    if (!isSeen(seen.states[i])) {
+      unseen_.push_back(i);
+    }
+  }
+  if (spec_.count() - 1 <= std::numeric_limits<std::uint16_t>::max()) {
+    findAlong(narrow_, seen);
+  } else {
+    findAlong(wide_, seen);
+  }
+  return found_;
+}
+
+template <class Index>
+void HiderFinder::findAlong(std::vector<Lines<Index>>& lines, const SeenCells& seen) {
+  follow(seen.cameras, lines);
   const bool all_placed = std::all_of(seen.cameras.begin(), seen.cameras.end(),
                                       [](const Eigen::Vector3d& camera) { return camera.allFinite(); });
   const std::uint32_t where_none_looks = all_placed ? 0U : kNoHider;
-  for (std::size_t i = 0; i < seen.states.size(); ++i) {
-    if (isSeen(seen.states[i])) {
-      continue;
+  for (std::size_t k = 0; k < unseen_.size(); ++k) {
+    if (k + kAhead < unseen_.size()) {
+      fetch(unseen_[k + kAhead], unseen_[k + kAhead / 2], lines);
     }
-    const std::uint16_t behind = seen.behind[found_.size()];
-    const std::uint16_t silent = seen.unseen[found_.size()];
-    std::uint32_t hiders = silent != 0 ? kNoHider : (behind == 0 ? where_none_looks : 0U);
+    const std::uint16_t behind = seen.behind[k];
+    std::uint32_t hiders = seen.unseen[k] != 0 ? kNoHider : (behind == 0 ? where_none_looks : 0U);
     for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
       if ((behind >> c & 1U) != 0) {
-        const std::uint32_t on_the_line = ownersBetween(i, lines_[c]);
+        const std::uint32_t on_the_line = ownersBetween(unseen_[k], lines[c]);
         hiders |= on_the_line == 0 ? kNoHider : on_the_line;
       }
     }
     found_.push_back(hiders);
   }
-  return found_;
+}
+
+/// Asks for what is soon needed of two cells, of the first where its lines are, of the second the lines.
+template <class Index>
+void HiderFinder::fetch(std::size_t far, std::size_t near, const std::vector<Lines<Index>>& lines) {
+  for (const Lines<Index>& of_camera : lines) {
+    __builtin_prefetch(&of_camera.first[far]);
+    __builtin_prefetch(&of_camera.cells[of_camera.first[near]]);
+  }
 }
 
 void HiderFinder::gatherOwners(const OccupancyGrid& grid) {
@@ -82,33 +108,36 @@ void HiderFinder::spread(std::size_t stride, std::size_t length) {
 }
 
 /// Forgets the lines to a camera that stands elsewhere now.
-void HiderFinder::follow(const std::vector<Eigen::Vector3d>& cameras) {
-  lines_.resize(cameras.size());
+template <class Index>
+void HiderFinder::follow(const std::vector<Eigen::Vector3d>& cameras, std::vector<Lines<Index>>& lines) const {
+  lines.resize(cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    Lines& lines = lines_[c];
-    if (lines.first.empty() || lines.camera != cameras[c] || lines.cells.size() > kMostKept) {
-      lines.camera = cameras[c];
-      lines.first.assign(spec_.count(), 0);
-      lines.cells.assign(1, 0);
+    Lines<Index>& mine = lines[c];
+    if (mine.first.empty() || mine.camera != cameras[c] || mine.cells.size() > kMostKept) {
+      mine.camera = cameras[c];
+      mine.first.assign(spec_.count(), 0);
+      mine.cells.assign(1, 0);
     }
   }
 }
 
 /// Bits of all who have a cell on the line from the middle of a cell to a camera, or just behind it, or beside those.
-std::uint32_t HiderFinder::ownersBetween(std::size_t cell, Lines& lines) {
+template <class Index>
+std::uint32_t HiderFinder::ownersBetween(std::size_t cell, Lines<Index>& lines) const {
   if (lines.first[cell] == 0) {
     lines.first[cell] = static_cast<std::uint32_t>(lines.cells.size());
     addLine(spec_.cellOf(static_cast<int>(cell)), lines);
   }
-  const std::int32_t* const number = lines.cells.data() + lines.first[cell];
+  const Index* const number = lines.cells.data() + lines.first[cell];
   std::uint32_t bits = 0;
-  for (std::int32_t i = 1; i <= *number; ++i) {
-    bits |= owners_[static_cast<std::size_t>(number[i])];
+  for (std::size_t i = 1; i <= *number; ++i) {
+    bits |= owners_[number[i]];
   }
   return bits;
 }
 
-void HiderFinder::addLine(const Cell& cell, Lines& lines) const {
+template <class Index>
+void HiderFinder::addLine(const Cell& cell, Lines<Index>& lines) const {
   const Eigen::Vector3d middle(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
   const Eigen::Vector3d way =
       (lines.camera - spec_.centre(cell))
@@ -118,11 +147,13 @@ void HiderFinder::addLine(const Cell& cell, Lines& lines) const {
   lines.cells.push_back(0);
   addCells(middle, way, 1.0, lines);
   addCells(middle, -way, longest > 0.0 ? kBehind / longest : 0.0, lines);
-  lines.cells[number] = static_cast<std::int32_t>(lines.cells.size() - number - 1);
+  lines.cells[number] = static_cast<Index>(lines.cells.size() - number - 1);
 }
 
 /// All cells that a line meets, from a point in cells on, for a share of a way; and some right beside it.
-void HiderFinder::addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share, Lines& lines) const {
+template <class Index>
+void HiderFinder::addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share,
+                           Lines<Index>& lines) const {
   Eigen::Index along = 0;
   const double longest = way.cwiseAbs().maxCoeff(&along);
   for (Eigen::Index axis = 0; axis < 3; ++axis) {  // it ends at the grid's border at the latest
@@ -148,7 +179,7 @@ void HiderFinder::addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& w
     const std::ptrdiff_t c1 = c.at(from[other] + slope_c * until);
     for (const std::ptrdiff_t b_at : {b0, b1}) {
       for (const std::ptrdiff_t c_at : {c0, c1}) {
-        lines.cells.push_back(static_cast<std::int32_t>(layer * a.stride + b_at + c_at));
+        lines.cells.push_back(static_cast<Index>(layer * a.stride + b_at + c_at));
         if (c1 == c0) {
           break;
         }

@@ -46,23 +46,15 @@ std::vector<std::int32_t> UidRegistry::update(const std::vector<std::string>& na
   return result;
 }
 
-OccupancyBuilder::OccupancyBuilder(const GridSpec& spec) {
+OccupancyBuilder::OccupancyBuilder(const GridSpec& spec) : finder_(spec) {
   grid_.spec = spec;
-  for (std::size_t a = 0; a < 3; ++a) {
-    min_[a] = spec.min[a];
-    resolution_[a] = spec.resolution(static_cast<int>(a));
-  }
   bits_.assign((spec.count() + 63) / 64, 0);
 }
 
 void OccupancyBuilder::mark(const std::vector<Eigen::Vector3f>& points) {
-  const auto& size = grid_.spec.size;
   for (const Eigen::Vector3f& p : points) {
-    const double x = (p.x() - min_[0]) / resolution_[0];
-    const double y = (p.y() - min_[1]) / resolution_[1];
-    const double z = (p.z() - min_[2]) / resolution_[2];
-    if (x >= 0.0 && x < size[0] && y >= 0.0 && y < size[1] && z >= 0.0 && z < size[2]) {
-      const int index = (static_cast<int>(x) * size[1] + static_cast<int>(y)) * size[2] + static_cast<int>(z);
+    const int index = finder_.indexOf(p.x(), p.y(), p.z());
+    if (index >= 0) {
       bits_[static_cast<std::size_t>(index) / 64] |= std::uint64_t{1} << (static_cast<unsigned>(index) % 64);
     }
   }

@@ -1,6 +1,5 @@
 #include "yarm/perception/types.hpp"
 
-#include <cmath>
 #include <utility>
 
 namespace yarm::perception {
@@ -23,16 +22,7 @@ double GridSpec::resolution(int axis) const {
 }
 
 int GridSpec::indexOf(double x, double y, double z) const {
-  const std::array<double, 3> p{x, y, z};
-  int index = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double cell = std::floor((p[a] - min[a]) / resolution(static_cast<int>(a)));
-    if (!(cell >= 0.0 && cell < size[a])) {  // false for NaN, too
-      return -1;
-    }
-    index = index * size[a] + static_cast<int>(cell);
-  }
-  return index;
+  return CellFinder(*this).indexOf(x, y, z);
 }
 
 int GridSpec::indexOf(const Cell& cell) const {

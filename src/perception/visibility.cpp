@@ -45,12 +45,12 @@ class VisibilityVoter::Camera {
   }
 
   void vote(const CameraCloud& cloud, const MergeParams& merge, const VisibilityParams& params, std::uint16_t bit,
-            CellVotes& votes) {
+            SeenThrough& seen, CellVotes& votes) {
     if (views_) {
       clearDepths(cloud, makeCropSetup(merge, pose_), merge, params, static_cast<float>(votes.grid.min[2]),
                   views_->rows(), clear_);
       windows_.take(clear_, cloud.width, views_->rows());
-      views_->vote(windows_, bit, votes);
+      views_->vote(windows_, bit, seen, votes);
     }
   }
 
@@ -60,7 +60,8 @@ class VisibilityVoter::Camera {
       clearDepthsOfEmptyCell(*optics_, pose_, params, clear);
       DepthWindows windows;
       windows.take(clear, optics_->width, views_->rows());
-      views_->vote(windows, bit, votes);
+      SeenThrough by_nobody;  // here every camera is asked
+      views_->vote(windows, bit, by_nobody, votes);
     }
   }
 
@@ -81,7 +82,7 @@ class VisibilityVoter::Camera {
 
 VisibilityVoter::VisibilityVoter(const GridSpec& grid, const MergeParams& merge, const VisibilityParams& params,
                                  std::size_t cameras)
-    : grid_(grid), merge_(merge), params_(params) {
+    : grid_(grid), finder_(grid), merge_(merge), params_(params) {
   if (cameras > kMostViews) {
     throw std::invalid_argument("visibility: " + std::to_string(cameras) + " cameras, at most " +
                                 std::to_string(kMostViews) + " can be told apart; switch it off or use fewer");
@@ -97,6 +98,7 @@ void VisibilityVoter::vote(const std::vector<CameraCloud>& clouds, const MergedS
   clearVotes(grid_, votes);
   votes.stamp_ns = set.stamp_ns;
   std::uint32_t seeing = 0;
+  SeenThrough seen;
   for (std::size_t c = 0; c < std::min(clouds.size(), cameras_.size()); ++c) {
     const bool absent = std::count(set.absent.begin(), set.absent.end(), static_cast<std::int32_t>(c)) > 0;
     if (absent || clouds[c].width * clouds[c].height == 0) {
@@ -104,10 +106,10 @@ void VisibilityVoter::vote(const std::vector<CameraCloud>& clouds, const MergedS
     }
     seeing |= bitOf(c);
     views_ += cameras_[c]->follow(grid_, clouds[c]) ? 1 : 0;
-    cameras_[c]->vote(clouds[c], merge_, params_, bitOf(c), votes);
+    cameras_[c]->vote(clouds[c], merge_, params_, bitOf(c), seen, votes);
   }
   for (const MergedPoint& p : set.points) {
-    const int cell = grid_.indexOf(p.x, p.y, p.z);
+    const int cell = finder_.indexOf(p.x, p.y, p.z);
     const auto bit = static_cast<std::uint16_t>(bitOf(static_cast<std::size_t>(p.camera)) & seeing);
     if (cell >= 0) {
       votes.inside[static_cast<std::size_t>(cell)] |= bit;
@@ -145,13 +147,12 @@ void VisibilityMap::update(const CellVotes& votes) {
   }
   stamp_ns_ = votes.stamp_ns;
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    CellState& state = states_[i];
-    if (votes.inside[i] != 0 || votes.through[i] != 0) {
-      state = votes.inside[i] != 0 ? CellState::kOccupied : CellState::kFree;
-      seen_ns_[i] = stamp_ns_;
-    } else if (state != CellState::kNeverSeen) {
-      state = CellState::kHidden;
-    }
+    const CellState unseen = states_[i] == CellState::kNeverSeen ? CellState::kNeverSeen : CellState::kHidden;
+    const CellState clear = votes.through[i] != 0 ? CellState::kFree : unseen;
+    states_[i] = votes.inside[i] != 0 ? CellState::kOccupied : clear;
+  }
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    seen_ns_[i] = isSeen(states_[i]) ? stamp_ns_ : seen_ns_[i];
   }
 }
 

@@ -45,26 +45,38 @@ class HiderFinder {
     }
   };
 
-  /// Cells whose owners count for the lines from hidden cells to one camera.
+  /// Cells whose owners count for the lines from hidden cells to one camera. They are looked at in each set, so they
+  /// take as little room as the grid allows.
+  template <class Index>
   struct Lines {
     Eigen::Vector3d camera{Eigen::Vector3d::Zero()};
     std::vector<std::uint32_t> first;  // of each cell's in `cells`, the number of them; 0 for one not asked for yet
-    std::vector<std::int32_t> cells;
+    std::vector<Index> cells;
   };
 
   void gatherOwners(const OccupancyGrid& grid);
-  void follow(const std::vector<Eigen::Vector3d>& cameras);
-  [[nodiscard]] std::uint32_t ownersBetween(std::size_t cell, Lines& lines);
   void spread(std::size_t stride, std::size_t length);
-  void addLine(const Cell& cell, Lines& lines) const;
-  void addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share, Lines& lines) const;
+  template <class Index>
+  void findAlong(std::vector<Lines<Index>>& lines, const SeenCells& seen);
+  template <class Index>
+  void follow(const std::vector<Eigen::Vector3d>& cameras, std::vector<Lines<Index>>& lines) const;
+  template <class Index>
+  static void fetch(std::size_t far, std::size_t near, const std::vector<Lines<Index>>& lines);
+  template <class Index>
+  [[nodiscard]] std::uint32_t ownersBetween(std::size_t cell, Lines<Index>& lines) const;
+  template <class Index>
+  void addLine(const Cell& cell, Lines<Index>& lines) const;
+  template <class Index>
+  void addCells(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double share, Lines<Index>& lines) const;
   [[nodiscard]] Layers layers(Eigen::Index axis) const;
 
   GridSpec spec_;
   std::vector<std::uint32_t> owners_;  // bits of who has a cell or is beside it
   std::vector<std::uint32_t> spread_;
+  std::vector<std::size_t> unseen_;  // the cells that are asked about
   std::vector<std::uint32_t> found_;
-  std::vector<Lines> lines_;  // of each camera
+  std::vector<Lines<std::uint16_t>> narrow_;  // of each camera, in grids whose cells two bytes number
+  std::vector<Lines<std::uint32_t>> wide_;    // and in others
 };
 
 }  // namespace yarm::perception

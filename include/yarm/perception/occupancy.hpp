@@ -49,8 +49,7 @@ class OccupancyBuilder {
   void give(std::size_t begin, std::size_t end, std::size_t keeper);
 
   OccupancyGrid grid_;
-  std::array<double, 3> min_{};
-  std::array<double, 3> resolution_{};
+  CellFinder finder_;
   std::vector<std::uint64_t> bits_;                            // cells of the object at hand
   std::vector<std::pair<std::int32_t, std::int32_t>> shared_;  // (cell, object) of the cells claimed more than once
 };

@@ -45,6 +45,29 @@ struct GridSpec {
   [[nodiscard]] Eigen::Vector3d centre(const Cell& cell) const;
 };
 
+/// Finds the cells of many points: the same ones as GridSpec::indexOf, of which it keeps what does not change.
+class CellFinder {
+ public:
+  explicit CellFinder(const GridSpec& spec)
+      : size_(spec.size), min_(spec.min), edge_{spec.resolution(0), spec.resolution(1), spec.resolution(2)} {}
+
+  /// Row-major index of the cell of a point, or -1 outside (also for NaN).
+  [[nodiscard]] int indexOf(double x, double y, double z) const {
+    const double at_x = (x - min_[0]) / edge_[0];
+    const double at_y = (y - min_[1]) / edge_[1];
+    const double at_z = (z - min_[2]) / edge_[2];
+    const bool inside =
+        at_x >= 0.0 && at_x < size_[0] && at_y >= 0.0 && at_y < size_[1] && at_z >= 0.0 && at_z < size_[2];
+    return inside ? (static_cast<int>(at_x) * size_[1] + static_cast<int>(at_y)) * size_[2] + static_cast<int>(at_z)
+                  : -1;
+  }
+
+ private:
+  std::array<int, 3> size_;
+  std::array<double, 3> min_;
+  std::array<double, 3> edge_;
+};
+
 /// One camera's cloud, read in place from its message buffer. The buffer must outlive the call it is handed to.
 /// Coordinates are little-endian float32 in the optical frame (x right, y down, z forward); NaN = nothing in range.
 struct CameraCloud {

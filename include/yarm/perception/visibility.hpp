@@ -24,7 +24,8 @@ struct VisibilityParams {
 };
 
 /// What each camera says of each cell in one set; bit c of an entry is camera c's vote, entries are row-major x, y, z.
-/// A camera has at most one vote a cell; none = outside its image, no reading, or no view in this set.
+/// A camera has at most one vote a cell; none = outside its image, no reading, no view in this set, or not asked, as
+/// an earlier one sees through the cell or something in it.
 struct CellVotes {
   GridSpec grid;
   StampNs stamp_ns{0};                 ///< oldest capture time of the set
@@ -62,6 +63,7 @@ class VisibilityVoter {
   class Camera;
 
   GridSpec grid_;
+  CellFinder finder_;
   MergeParams merge_;
   VisibilityParams params_;
   std::vector<std::unique_ptr<Camera>> cameras_;

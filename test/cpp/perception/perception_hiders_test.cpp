@@ -13,9 +13,19 @@
 namespace yarm::test {
 namespace {
 
+/// More cells than two bytes number, the same edges.
+pc::GridSpec tallGrid() {
+  pc::GridSpec spec;
+  const double edge = spec.resolution(2);
+  spec.size[2] = 30;
+  spec.max[2] = spec.min[2] + 30 * edge;
+  return spec;
+}
+
 /// A grid of objects in random boxes.
-pc::OccupancyGrid randomGrid(std::mt19937_64& random, std::size_t objects) {
+pc::OccupancyGrid randomGrid(std::mt19937_64& random, std::size_t objects, const pc::GridSpec& spec = {}) {
   pc::OccupancyGrid grid;
+  grid.spec = spec;
   grid.object_cells.resize(objects);
   const auto draw = [&random](int most) { return std::uniform_int_distribution<int>(0, most)(random); };
   for (std::vector<std::int32_t>& cells : grid.object_cells) {
@@ -28,8 +38,8 @@ pc::OccupancyGrid randomGrid(std::mt19937_64& random, std::size_t objects) {
 }
 
 /// Everything hidden, behind something from the cameras of `behind`.
-pc::SeenCells hidden(const std::vector<Eigen::Vector3d>& cameras, std::uint16_t behind, std::uint16_t unseen) {
-  const std::size_t count = pc::GridSpec{}.count();
+pc::SeenCells hidden(const std::vector<Eigen::Vector3d>& cameras, std::uint16_t behind, std::uint16_t unseen,
+                     std::size_t count = pc::GridSpec{}.count()) {
   return {cameras, std::vector<pc::CellState>(count, pc::CellState::kHidden), std::vector<std::uint16_t>(count, behind),
           std::vector<std::uint16_t>(count, unseen)};
 }
@@ -58,12 +68,12 @@ std::uint32_t oracle(const pc::OccupancyGrid& grid, int from, const Eigen::Vecto
 }
 
 TEST(Hiders, AreWhoHasCellsOnTheLinesToTheCamerasOrBesideThem) {
-  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     std::mt19937_64 random(seed);
-    const pc::OccupancyGrid grid = randomGrid(random, 8);
+    const pc::OccupancyGrid grid = randomGrid(random, 8, seed < 4 ? pc::GridSpec{} : tallGrid());
     const std::vector<Eigen::Vector3d> cameras{{2.4, 2.4, 2.9}, {-2.5, 0.3, 1.1}};
     pc::HiderFinder finder(grid.spec);
-    const pc::SeenCells seen = hidden(cameras, 3, 0);
+    const pc::SeenCells seen = hidden(cameras, 3, 0, grid.spec.count());
     const std::vector<std::uint32_t>& found = finder.find(grid, seen);
     ASSERT_EQ(found.size(), grid.spec.count());
     int named = 0;

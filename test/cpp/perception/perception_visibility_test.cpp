@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -34,6 +35,22 @@ class Cell {
     result.set.absent = absent;
     voter.vote(clouds, result.set, result.votes);
     return result;
+  }
+
+  /// What each camera votes when it is asked alone: together, a later one is not asked about all.
+  pc::CellVotes voteAlone(const std::vector<pc::CameraCloud>& clouds) {
+    pc::CellVotes all;
+    for (std::int32_t camera = 0; camera < 4; ++camera) {
+      std::vector<std::int32_t> others{0, 1, 2, 3};
+      others.erase(others.begin() + camera);
+      const pc::CellVotes one = vote(clouds, others).votes;
+      all.grid = one.grid;
+      for (const auto of : {&pc::CellVotes::through, &pc::CellVotes::inside, &pc::CellVotes::behind}) {
+        (all.*of).resize((one.*of).size(), 0);
+        std::transform((one.*of).begin(), (one.*of).end(), (all.*of).begin(), (all.*of).begin(), std::bit_or<>());
+      }
+    }
+    return all;
   }
 
   pc::MergeParams merge;
@@ -110,36 +127,67 @@ TEST(Visibility, NoCellIsSeenThroughOfWhichARayOracleFindsAPartHidden) {
     SceneFactory factory(seed);
     const std::vector<Render>& renders = factory.render(standardCell(3, 3));
     Cell cell;
-    const Voted voted = cell.vote(factory.clouds(1));
-    const Score score = against(cell.merge, renders, voted.votes, 61);
+    const Score score = against(cell.merge, renders, cell.voteAlone(factory.clouds(1)), 61);
     EXPECT_EQ(score.wrong, 0) << "seed " << seed;
     EXPECT_GT(score.hidden, 500) << "seed " << seed;
     EXPECT_GT(score.found, 0.9 * score.clear) << "seed " << seed << ": " << score.found << " of " << score.clear;
   }
 }
 
+/// The clouds of a factory with readings that are missing or come too near, here and there.
+std::vector<pc::CameraCloud> disturbed(const SceneFactory& factory, std::vector<Render>& renders, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<float> uniform(0.F, 1.F);
+  std::vector<pc::CameraCloud> clouds = factory.clouds(1);
+  for (std::size_t c = 0; c < renders.size(); ++c) {
+    std::vector<float>& data = renders[c].data;
+    for (std::size_t i = 0; i < data.size(); i += 4) {
+      const float draw = uniform(random);
+      const float scale = draw < 0.01F ? kNaN : (draw < 0.05F ? 0.2F + 0.7F * uniform(random) : 1.F);
+      std::for_each(&data[i], &data[i] + 3, [scale](float& x) { x *= scale; });
+    }
+    clouds[c].data = reinterpret_cast<const std::uint8_t*>(data.data());
+  }
+  return clouds;
+}
+
 TEST(Visibility, NorInImagesOfRandomDepths) {
   for (const std::uint64_t seed : {11U, 12U}) {
     SceneFactory factory(seed);
     std::vector<Render> renders = factory.render(standardCell(0, 0));
-    std::mt19937_64 random(seed);
-    std::uniform_real_distribution<float> uniform(0.F, 1.F);
-    std::vector<pc::CameraCloud> clouds = factory.clouds(1);
-    for (std::size_t c = 0; c < renders.size(); ++c) {
-      std::vector<float>& data = renders[c].data;
-      for (std::size_t i = 0; i < data.size(); i += 4) {
-        const float draw = uniform(random);
-        const float scale = draw < 0.01F ? kNaN : (draw < 0.05F ? 0.2F + 0.7F * uniform(random) : 1.F);
-        std::for_each(&data[i], &data[i] + 3, [scale](float& x) { x *= scale; });
-      }
-      clouds[c].data = reinterpret_cast<const std::uint8_t*>(data.data());
-    }
     Cell cell;
-    const Voted voted = cell.vote(clouds);
-    const Score score = against(cell.merge, renders, voted.votes, 61);
+    const Score score = against(cell.merge, renders, cell.voteAlone(disturbed(factory, renders, seed)), 61);
     EXPECT_EQ(score.wrong, 0) << "seed " << seed;
     EXPECT_GT(score.found, 0) << "seed " << seed;
     EXPECT_GT(score.hidden, 500) << "seed " << seed;
+  }
+}
+
+TEST(Visibility, CamerasThatVoteTogetherComeToWhatTheyComeToAlone) {
+  for (const std::uint64_t seed : {21U, 22U, 23U}) {
+    SceneFactory factory(seed);
+    std::vector<Render> renders = factory.render(standardCell(3, 3));
+    const auto clouds = seed == 23U ? disturbed(factory, renders, seed) : factory.clouds(1);
+    Cell cell;
+    const pc::CellVotes alone = cell.voteAlone(clouds);
+    const pc::CellVotes together = cell.vote(clouds).votes;
+    EXPECT_EQ(together.inside, alone.inside) << "seed " << seed;
+    std::size_t unseen = 0;
+    std::size_t not_asked = 0;
+    for (std::size_t i = 0; i < alone.through.size(); ++i) {
+      ASSERT_EQ(together.through[i] & ~alone.through[i], 0) << "seed " << seed << ", cell " << i;
+      ASSERT_EQ(together.behind[i] & ~alone.behind[i], 0) << "seed " << seed << ", cell " << i;
+      if (alone.inside[i] == 0) {
+        ASSERT_EQ(together.through[i] != 0, alone.through[i] != 0) << "seed " << seed << ", cell " << i;
+      }
+      if (alone.inside[i] == 0 && alone.through[i] == 0) {
+        ASSERT_EQ(together.behind[i], alone.behind[i]) << "seed " << seed << ", cell " << i;
+        ++unseen;
+      }
+      not_asked += together.through[i] != alone.through[i] ? 1U : 0U;
+    }
+    EXPECT_GT(unseen, 500U) << "seed " << seed;
+    EXPECT_GT(not_asked, 5000U) << "seed " << seed;
   }
 }
 
@@ -209,7 +257,7 @@ TEST(Visibility, WindowsSayWhatThePixelsOfABoxSay) {
           taken |= 1U << k;
         }
       }
-      const pc::EightBoxes eight(boxes);
+      const pc::EightGroups eight(boxes);
       const pc::EightFound wanted = lookAtPixels(clear, kWidth, boxes);
       ASSERT_EQ(eight.taken, taken);
       for (const pc::DepthWindows& one : windows) {
@@ -237,7 +285,7 @@ TEST(Visibility, WindowsCoverABoxAsWideAsAGreatImage) {
   for (const bool scalar : {false, true}) {
     pc::DepthWindows windows;
     windows.take(clear, kWidth, {0, 8}, scalar);
-    const pc::EightFound found = windows.lookAtGroups(pc::EightBoxes(boxes));
+    const pc::EightFound found = windows.lookAtGroups(pc::EightGroups(boxes));
     EXPECT_EQ(found.before & 0x48U, 0x08U);
     EXPECT_EQ(found.missing & 0x48U, 0x48U);
     EXPECT_EQ(found.beyond & 0x48U, 0x08U);
@@ -264,7 +312,8 @@ TEST(Visibility, EightPixelsAtATimeSayTheSameAsOne) {
     mine.behind = mine.through;
     pc::DepthWindows windows;
     windows.take(clear, cloud.width, views.rows(), scalar);
-    views.vote(windows, 4, mine);
+    pc::SeenThrough seen;
+    views.vote(windows, 4, seen, mine);
   }
   EXPECT_EQ(votes[0].through, votes[1].through);
   EXPECT_EQ(votes[0].behind, votes[1].behind);
@@ -282,7 +331,8 @@ pc::CellVotes votesOn(const pc::GridSpec& grid, const pc::CameraCloud& cloud) {
   votes.behind = votes.through;
   pc::DepthWindows windows;
   windows.take(clear, cloud.width, views.rows());
-  views.vote(windows, 1, votes);
+  pc::SeenThrough seen;
+  views.vote(windows, 1, seen, votes);
   return votes;
 }
 
