@@ -12,9 +12,11 @@ from typing import Collection, Dict, Iterable, List, Optional, Sequence, Set, Tu
 from yarm.planning.cspace.cell_sets import CellSet, union
 from yarm.planning.cspace.robot_space import Pose, RobotSpace, View, close_pair, margin_around
 from yarm.planning.roadmap.roadmap import Roadmap
-from yarm.planning.roadmap.search import Path, Target, find_path
+from yarm.planning.roadmap.search import Flooding, Path, Target, find_path
 
 Poses = Tuple[Pose, ...]
+FLOODINGS_BYTES = 32 * 2**20
+"""Memory that searches through every cell may take which are kept for the next plan from the same poses, about."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Fleet:
         self._views: Dict[Tuple[int, Poses], View] = {}
         self._alone: Dict[Tuple[int, Target], Optional[Path]] = {}
         self._paths: Dict[Tuple[View, Pose, Target], Optional[Path]] = {}
+        self._floodings: Dict[Tuple[View, Pose], Flooding] = {}
         self._close: Set[Tuple[int, int]] = set()
         for i, one in enumerate(spaces):
             for j in range(i):
@@ -75,8 +78,18 @@ class Fleet:
         """Way of a view's robot from a pose to a target; looked for once, since orders of robots share beginnings."""
         key = view, start, target
         if key not in self._paths:
-            self._paths[key] = find_path(view, self.roadmap, start, target)
+            self._paths[key] = find_path(view, self.roadmap, start, target, self.flooding)
         return self._paths[key]
+
+    def flooding(self, view: View, start: Pose) -> Flooding:
+        """What a view's robot reaches from a pose; kept, since what is tried by chance begins where all stand now."""
+        key = view, start
+        if key not in self._floodings:
+            kept_bytes = sum(flooding.size_bytes for flooding in self._floodings.values())
+            while self._floodings and kept_bytes > FLOODINGS_BYTES:
+                kept_bytes -= self._floodings.pop(next(iter(self._floodings))).size_bytes
+            self._floodings[key] = Flooding(view, start)
+        return self._floodings[key]
 
     def alone(self, i: int, target: Optional[Target] = None) -> Optional[Path]:
         """Way of a robot from its start to a target, its own unless given, if no other robot were there."""

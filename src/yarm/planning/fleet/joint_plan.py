@@ -6,9 +6,11 @@ Ayanian, "Persistent and robust execution of MAPF schedules in warehouses", IEEE
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from typing import Collection, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from yarm.planning.cspace.cell_sets import CellSet, dilated, overlap
+from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, dilated, overlap
 from yarm.planning.cspace.robot_space import Pose
 from yarm.planning.fleet.fleet import Fleet, Move, Poses
 from yarm.planning.fleet.replanning import waypoint
@@ -45,6 +47,7 @@ class Conflicts:
         self._off_centre = off_centre
         self._swept: Dict[Move, CellSet] = {}
         self._grown: Dict[Move, CellSet] = {}
+        self._shadows: Dict[Move, Tuple[ColumnSet, ColumnSet]] = {}  # columns of what is swept, and of that grown
         self._known: Dict[Tuple[Move, Move], bool] = {}
 
     def between(self, one: Move, other: Move) -> bool:
@@ -65,13 +68,24 @@ class Conflicts:
         return self._fleet.spaces[i].layout.stride
 
     def _touch(self, one: Move, other: Move) -> bool:
-        if other not in self._grown:
-            self._grown[other] = dilated(self._swept_by(other), self.stride(other.robot))
-        if overlap(self._swept_by(one), self._grown[other]):
+        off_centre = one.robot in self._off_centre and other.robot in self._off_centre
+        if not off_centre and not self._shadows_of(one)[0] & self._shadows_of(other)[1]:
+            return False  # as most are: no column of the grid is in both
+        if overlap(self._swept_by(one), self._grown_by(other)):
             return True
-        if one.robot in self._off_centre and other.robot in self._off_centre:
-            return overlap(dilated(self._swept_by(one), self.stride(one.robot)), self._grown[other])
-        return False
+        return off_centre and overlap(dilated(self._swept_by(one), self.stride(one.robot)), self._grown_by(other))
+
+    def _grown_by(self, move: Move) -> CellSet:
+        if move not in self._grown:
+            self._grown[move] = dilated(self._swept_by(move), self.stride(move.robot))
+        return self._grown[move]
+
+    def _shadows_of(self, move: Move) -> Tuple[ColumnSet, ColumnSet]:
+        if move not in self._shadows:
+            cells = self._swept_by(move), self._grown_by(move)
+            swept, grown = (reduce(or_, cell_set) for cell_set in cells)
+            self._shadows[move] = swept, grown
+        return self._shadows[move]
 
     def _swept_by(self, move: Move) -> CellSet:
         if move not in self._swept:

@@ -15,7 +15,7 @@ import numpy as np
 from yarm.planning.cspace.cell_sets import CellSet, ColumnSet, bits_of, dilated, union
 from yarm.planning.cspace.robot_space import View
 from yarm.planning.fleet.fleet import Fleet, Progress, free_path
-from yarm.planning.roadmap.search import Path, Target, flood, merged, shortened, wander
+from yarm.planning.roadmap.search import Flooding, Path, Target, merged, shortened
 
 
 def push_through(
@@ -52,7 +52,7 @@ def push_through(
 def stroll(fleet: Fleet, state: Progress, i: int, rng: np.random.Generator) -> None:
     """Move a robot to a random place that it can reach between the others."""
     view = fleet.view(i, state.poses)
-    way = wander(view, state.poses[i], lambda reached: _random_pose(reached, rng))
+    way = fleet.flooding(view, state.poses[i]).wander(lambda reached: _random_pose(reached, rng))
     if way is not None and len(way) > 1:
         state.go(i, shortened(view, merged(way)))
 
@@ -85,12 +85,15 @@ def _step_aside(
 ) -> bool:
     """Move a robot to a place clear of ``keep_free``, pushing others, but those above it, on when needed."""
     view = fleet.view(j, state.poses)
-    path = _way_clear_of(view, state.poses[j], keep_free, rng)
+    path = _way_clear_of(view, fleet.flooding(view, state.poses[j]), keep_free, rng)
     if path is not None:
         state.go(j, path)
         return True
     below = [k for k in range(len(fleet.spaces)) if k != j and k not in above]
-    path = _way_clear_of(fleet.view(j, state.poses, below), state.poses[j], keep_free, rng) if below else None
+    if not below:
+        return False
+    without = fleet.view(j, state.poses, below)
+    path = _way_clear_of(without, fleet.flooding(without, state.poses[j]), keep_free, rng)
     if path is None:
         return False
     free_too = union(keep_free, _grown_sweep(fleet, j, path))
@@ -103,7 +106,7 @@ def _step_aside(
 
 
 def _way_clear_of(
-    view: View, start: Tuple[int, int, int], keep_free: CellSet, rng: Optional[np.random.Generator]
+    view: View, flooding: Flooding, keep_free: CellSet, rng: Optional[np.random.Generator]
 ) -> Optional[Path]:
     """Way to the nearest, or a random, pose where the robot overlaps nothing of ``keep_free``."""
     space = view.space
@@ -115,10 +118,10 @@ def _way_clear_of(
         return column_sets[h]
 
     if rng is None:
-        way = flood(view, start, clear)
+        way = flooding.way(clear)
     else:
         choice = rng
-        way = wander(view, start, lambda reached: _random_pose({h: b & clear(h) for h, b in reached.items()}, choice))
+        way = flooding.wander(lambda reached: _random_pose({h: b & clear(h) for h, b in reached.items()}, choice))
     return None if way is None else shortened(view, merged(way))
 
 

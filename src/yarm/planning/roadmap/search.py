@@ -298,92 +298,123 @@ def _corners_shifted(view: View, poses: List[Pose], steps: Sequence[int]) -> Lis
 
 
 def flood(view: View, start: Pose, wanted: Callable[[int], ColumnSet]) -> Optional[Path]:
-    """Way through neighbouring cells, found by letting every reachable cell and heading be entered in order of cost.
-
-    Complete: None means that nothing wanted is reachable through any cell at any allowed heading.
-
-    Args:
-        view: the robot's configuration space.
-        start: present pose; taken as free.
-        wanted: the columns wanted at a heading.
-
-    Returns:
-        poses one cell or one turn apart, from start to the nearest wanted pose (four-neighbour distance).
-    """
-    return _Flood(view, start).run(wanted)
-
-
-def wander(
-    view: View, start: Pose, choose: Callable[[Dict[int, ColumnSet]], Optional[Tuple[int, int]]]
-) -> Optional[Path]:
-    """Way through neighbouring cells to a pose chosen among all reachable ones.
-
-    Args:
-        view: the robot's configuration space.
-        start: present pose; taken as free.
-        choose: from the columns reachable at each heading, the heading and the bit of the pose wanted; None for none.
-
-    Returns:
-        poses one cell or one turn apart; None when none was chosen.
-    """
-    flooding = _Flood(view, start)
-    flooding.run(lambda h: 0)
-    chosen = choose(flooding.reached)
-    return None if chosen is None else flooding.way_to(chosen[1], chosen[0])
+    """Way to what is wanted: ``Flooding.way`` from one pose once."""
+    return Flooding(view, start).way(wanted)
 
 
 def reachable(view: View, start: Pose) -> Dict[int, ColumnSet]:
     """Every column reachable at each heading."""
-    flooding = _Flood(view, start)
-    flooding.run(lambda h: 0)
-    return flooding.reached
+    return Flooding(view, start).reached()
 
 
-class _Flood:
+class Flooding:
+    """Ways through neighbouring cells from one pose: every reachable cell and heading is entered in order of cost.
+
+    It goes on where it stopped when it is asked again. Complete: what it does not reach cannot be reached through any
+    cell at any allowed heading.
+    """
+
     def __init__(self, view: View, start: Pose) -> None:
+        """Nothing is entered yet but the start.
+
+        Args:
+            view: the robot's configuration space.
+            start: present pose; taken as free.
+        """
         self._view, self._start = view, start
         self._layout = view.space.layout
         count = len(view.space.headings)
-        self.reached: Dict[int, ColumnSet] = dict.fromkeys(range(count), 0)
-        bit = 1 << self._layout.bit(start[0], start[1])
-        self.reached[start[2]] = bit
-        self._fronts: List[Dict[int, ColumnSet]] = [{start[2]: bit}]
+        self._bit = 1 << self._layout.bit(start[0], start[1])
+        self._left: List[ColumnSet] = [self._layout.field] * count  # not reached yet, by heading
+        self._left[start[2]] &= ~self._bit
+        self._fronts: List[Dict[int, ColumnSet]] = [{start[2]: self._bit}]
         self._turns: List[Tuple[int, int, int]] = []
         for h in range(count):
             self._turns += [(h, k, max(1, round(cost))) for k, cost in turn_costs(view.space, h)]
         self._longest = max([1, *(cost for _, _, cost in self._turns)])
+        self._free: Dict[int, ColumnSet] = {}  # columns where the robot may stand at a heading
+        self._free_turns: Dict[int, ColumnSet] = {}  # and where it may do a turn, by its place in the list
 
-    def run(self, wanted: Callable[[int], ColumnSet]) -> Optional[Path]:
+    @property
+    def size_bytes(self) -> int:
+        """Memory that it takes at most, about."""
+        return len(self._fronts) * len(self._left) * self._layout.field.bit_length() // 8
+
+    def way(self, wanted: Callable[[int], ColumnSet]) -> Optional[Path]:
+        """Way to the nearest wanted pose (four-neighbour distance).
+
+        Args:
+            wanted: the columns wanted at a heading.
+
+        Returns:
+            poses one cell or one turn apart; None when nothing wanted is reachable.
+        """
         asked: Dict[int, ColumnSet] = {}
-        while any(self._fronts[-self._longest :]):
-            for h, front in self._fronts[-1].items():
+        ring = 0
+        while ring < len(self._fronts) or self._grow():
+            for h, front in self._fronts[ring].items():
                 if h not in asked:
                     asked[h] = wanted(h)
-                if front & asked[h]:
-                    hit = front & asked[h]
-                    return self.way_to((hit & -hit).bit_length() - 1, h)
-            self._fronts.append(self._next())
+                hit = front & asked[h]
+                if hit:
+                    return self._way_to((hit & -hit).bit_length() - 1, h)
+            ring += 1
         return None
 
+    def wander(self, choose: Callable[[Dict[int, ColumnSet]], Optional[Tuple[int, int]]]) -> Optional[Path]:
+        """Way to a pose chosen among all reachable ones.
+
+        Args:
+            choose: from the columns reachable at each heading, the heading and the bit of the pose wanted; None for
+                none.
+
+        Returns:
+            poses one cell or one turn apart; None when none was chosen.
+        """
+        chosen = choose(self.reached())
+        return None if chosen is None else self._way_to(chosen[1], chosen[0])
+
+    def reached(self) -> Dict[int, ColumnSet]:
+        """Every column reachable at each heading."""
+        while self._grow():
+            pass
+        reached = {h: self._layout.field & ~left for h, left in enumerate(self._left)}
+        reached[self._start[2]] |= self._bit
+        return reached
+
+    def _grow(self) -> bool:
+        """Enter what comes next; False when there is nothing."""
+        if not any(self._fronts[-self._longest :]):
+            return False
+        self._fronts.append(self._next())
+        return True
+
     def _next(self) -> Dict[int, ColumnSet]:
-        stride, rings = self._layout.stride, len(self._fronts)
+        stride, fronts, left = self._layout.stride, self._fronts, self._left
         new: Dict[int, ColumnSet] = {}
-        for h, front in self._fronts[-1].items():
-            new[h] = (front << 1 | front >> 1 | front << stride | front >> stride) & ~self._view.blocked(h)
-        for h, k, cost in self._turns:
-            front = self._fronts[rings - cost].get(h, 0) if rings >= cost else 0
-            front &= ~self.reached[k]
+        for h, front in fronts[-1].items():
+            entered = front << 1 | front >> 1 | front << stride | front >> stride
+            new[h] = entered & left[h] & self._free_at(h)
+        before = [{}, *fronts[: -self._longest - 1 : -1]]  # by how many rings ago
+        before += [{}] * (self._longest + 1 - len(before))
+        free = self._free_turns
+        for i, (h, k, cost) in enumerate(self._turns):
+            front = before[cost].get(h, 0) & left[k]
             if front:
-                new[k] = new.get(k, 0) | front & ~self._view.turn_blocked(h, k)
-        fresh = {}
-        for h, entered in new.items():
-            front = entered & self._layout.field & ~self.reached[h]
-            if front:
-                fresh[h] = front
-                self.reached[h] |= front
+                if i not in free:
+                    free[i] = self._layout.field & ~self._view.turn_blocked(h, k)
+                new[k] = new.get(k, 0) | front & free[i]
+        fresh = {h: front for h, front in new.items() if front}
+        for h, front in fresh.items():
+            left[h] ^= front
         return fresh
 
-    def way_to(self, bit: int, h: int) -> Path:
+    def _free_at(self, h: int) -> ColumnSet:
+        if h not in self._free:
+            self._free[h] = self._layout.field & ~self._view.blocked(h)
+        return self._free[h]
+
+    def _way_to(self, bit: int, h: int) -> Path:
         """Way to a pose that has been reached."""
         stride, border = self._layout.stride, self._layout.border
         ring = next(ring for ring, fronts in enumerate(self._fronts) if fronts.get(h, 0) >> bit & 1)
@@ -407,11 +438,24 @@ class _Flood:
         raise AssertionError("every flooded cell has one before it")
 
 
-def find_path(view: View, roadmap: Roadmap, start: Pose, target: Target) -> Optional[Path]:
+def find_path(
+    view: View,
+    roadmap: Roadmap,
+    start: Pose,
+    target: Target,
+    flooding: Callable[[View, Pose], Flooding] = Flooding,
+) -> Optional[Path]:
     """A short way to a target: straight, else over the particles, else with particles added where these do not reach.
 
     The particles added are the corners of a way found through every cell, so None means that there is no way at all;
     where the roadmap does not admit so many, it is that way.
+
+    Args:
+        view: the robot's configuration space.
+        roadmap: particles and graph.
+        start: present pose.
+        target: where to end.
+        flooding: gives what is searched through every cell, where somebody keeps it.
     """
     headings = range(len(view.space.headings)) if target.heading is None else (target.heading,)
     if not any(view.stands((*target.column, h)) for h in headings):
@@ -420,13 +464,15 @@ def find_path(view: View, roadmap: Roadmap, start: Pose, target: Target) -> Opti
         return merged([start, (*target.column, start[2])])
     path = search(view, roadmap, start, target)
     if path is None:
-        path = _path_through_cells(view, roadmap, start, target)
+        path = _path_through_cells(view, roadmap, start, target, flooding(view, start))
     return None if path is None else shortened(view, path)
 
 
-def _path_through_cells(view: View, roadmap: Roadmap, start: Pose, target: Target) -> Optional[Path]:
+def _path_through_cells(
+    view: View, roadmap: Roadmap, start: Pose, target: Target, flooding: Flooding
+) -> Optional[Path]:
     bit = 1 << view.space.layout.bit(*target.column)
-    way = flood(view, start, lambda h: bit if target.heading in (None, h) else 0)
+    way = flooding.way(lambda h: bit if target.heading in (None, h) else 0)
     if way is None:
         return None
     way = tuple(_corners_left_out(view, list(straight_runs(way))))

@@ -134,7 +134,7 @@ def robotless_map(request: PlanRequest) -> BoolArray:
 
 def sweep_of(request: PlanRequest, robot: Robot, step: Waypoint | None) -> Sweep:
     """Everything a robot touches on its way to a waypoint; None for a robot that stays."""
-    start = np.unique(robot.cells, axis=0)
+    start = _distinct(robot.cells)
     if step is None:
         return Sweep(robot.name, start, start, start, start, False)
     size = np.asarray(request.spec.resolution[:2])
@@ -167,7 +167,7 @@ def sweep_along(request: PlanRequest, robot: Robot, way: Way) -> Sweep:
         leg, before = sweep_of(request, standing, to), corner
         cells += [short_cut, leg.cells]
         real += [short_cut, leg.real]
-    touched, really = (np.unique(np.concatenate(parts), axis=0) for parts in (cells, real))
+    touched, really = (_distinct(np.concatenate(parts)) for parts in (cells, real))
     return Sweep(robot.name, first.start, touched, really, leg.end, True)
 
 
@@ -265,44 +265,62 @@ class _Squares:
         """Overlaps of the squares at pivots (a, 2), angles (a,), while they slide from ``-half_way`` to ``+half_way``.
 
         Two convex shapes overlap when their shadows overlap on the normals of all their sides: the grid's axes, the
-        turned square's axes and the normal of the way.
+        turned square's axes and the normal of the way. Those of the grid rule out most, each by x or y alone.
         """
-        turned_x = np.column_stack([np.cos(angles), np.sin(angles)])[:, None, :]
-        turned_y = np.stack([-turned_x[..., 1], turned_x[..., 0]], axis=-1)
-        centres = pivots[:, None, :] + self.centres[:, :1] * turned_x + self.centres[:, 1:] * turned_y
-        home = np.floor((centres - lower) / self.size).astype(np.int64)
-        reach = np.ceil((np.linalg.norm(self.size) / 2.0 + np.abs(half_way)) / self.size).astype(np.int64)
-        around = np.argwhere(np.ones(2 * reach + 1, dtype=bool)) - reach
-        cells = home[:, :, None, :] + around
-        apart = lower + (cells + 0.5) * self.size - centres[:, :, None, :]
-        axes = [np.array([[[1.0, 0.0]]]), np.array([[[0.0, 1.0]]]), turned_x, turned_y]
-        if np.any(half_way):
-            axes.append(np.array([[[-half_way[1], half_way[0]]]]) / np.linalg.norm(half_way))
-        overlap = np.ones(apart.shape[:3], dtype=bool)
+        turned_x = np.column_stack([np.cos(angles), np.sin(angles)])
+        turned_y = np.column_stack([-turned_x[:, 1], turned_x[:, 0]])
         half = self.size / 2.0
-        for axis in axes:
+        reach = np.ceil((np.linalg.norm(self.size) / 2.0 + np.abs(half_way)) / self.size).astype(np.int64)
+
+        def reached(axis: FloatArray) -> FloatArray:
+            """Distance of centres along axes (a, 2) or (1, 2) from which on shadows do not overlap, (a,) metres."""
             own = half[0] * np.abs((axis * turned_x).sum(axis=-1)) + half[1] * np.abs((axis * turned_y).sum(axis=-1))
-            reached = own + np.abs(axis @ half_way) + np.abs(axis) @ half - PENETRATION_M
-            shadow = apart[..., 0] * axis[..., :1] + apart[..., 1] * axis[..., 1:]
-            overlap &= np.abs(shadow) < reached[..., None]
-        _, source, _ = np.nonzero(overlap)
-        return _distinct(np.column_stack([source, cells[overlap]]))
+            limit: FloatArray = own + np.abs(axis @ half_way) + np.abs(axis) @ half - PENETRATION_M
+            return limit
+
+        cells, apart, near = [], [], []
+        for k, axis in enumerate(np.eye(2)[:, None, :]):
+            centres = pivots[:, None, k] + self.centres[:, 0] * turned_x[:, None, k]
+            centres = centres + self.centres[:, 1] * turned_y[:, None, k]
+            home = np.floor((centres - lower[k]) / self.size[k]).astype(np.int64)
+            cells.append(home[:, :, None] + np.arange(-reach[k], reach[k] + 1))
+            apart.append(lower[k] + (cells[k] + 0.5) * self.size[k] - centres[:, :, None])
+            near.append(np.abs(apart[k]) < reached(axis)[:, None, None])
+        at, source, i, j = np.nonzero(near[0][:, :, :, None] & near[1][:, :, None, :])
+        x, y = apart[0][at, source, i], apart[1][at, source, j]
+        overlap = np.ones(len(at), dtype=bool)
+        axes = [turned_x, turned_y]
+        if np.any(half_way):
+            axes.append(np.array([[-half_way[1], half_way[0]]]) / np.linalg.norm(half_way))
+        for axis in axes:
+            along = np.broadcast_to(axis, turned_x.shape)
+            overlap &= np.abs(x * along[at, 0] + y * along[at, 1]) < reached(axis)[at]
+        at, source, i, j = at[overlap], source[overlap], i[overlap], j[overlap]
+        return _distinct(np.column_stack([source, cells[0][at, source, i], cells[1][at, source, j]]))
 
 
 def _distinct(rows: IntArray) -> IntArray:
     """Distinct rows (k, 3) of whole numbers, ordered; a table of flags is far quicker than sorting."""
+    if len(rows) == 0:
+        return rows
     lowest = rows.min(axis=0)
-    shape = tuple(int(n) for n in rows.max(axis=0) - lowest + 1)
-    flags = np.zeros(shape, dtype=bool)
-    flags[tuple((rows - lowest).T)] = True
-    result: IntArray = np.argwhere(flags).astype(np.int64) + lowest
+    nx, ny, nz = (int(n) for n in rows.max(axis=0) - lowest + 1)
+    x, y, z = (rows - lowest).T
+    flags = np.zeros(nx * ny * nz, dtype=bool)
+    flags[(x * ny + y) * nz + z] = True
+    found = np.flatnonzero(flags)
+    result: IntArray = np.column_stack([found // (ny * nz), found // nz % ny, found % nz]) + lowest
     return result
 
 
 def _columns(cells: IntArray) -> Tuple[IntArray, List[IntArray]]:
     """Distinct columns (m, 2) of cells (n, 3), and the z of each."""
-    columns, index = np.unique(cells[:, :2], axis=0, return_inverse=True)
-    return columns, [cells[index == i, 2] for i in range(len(columns))]
+    lowest = cells[:, :2].min(axis=0)
+    ny = int(cells[:, 1].max() - lowest[1]) + 1
+    keys, index = np.unique((cells[:, 0] - lowest[0]) * ny + cells[:, 1] - lowest[1], return_inverse=True)
+    by_column = cells[np.argsort(index, kind="stable"), 2]
+    heights = np.split(by_column, np.cumsum(np.bincount(index))[:-1])
+    return np.column_stack([keys // ny, keys % ny]) + lowest, heights
 
 
 def _lifted(touched: IntArray, heights: List[IntArray]) -> IntArray:

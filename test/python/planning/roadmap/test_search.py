@@ -18,6 +18,7 @@ from yarm.planning.fleet.problem import PlanningProblem, turns_of
 from yarm.planning.roadmap.particles import cell_order
 from yarm.planning.roadmap.roadmap import Roadmap, even_roadmap
 from yarm.planning.roadmap.search import (
+    Flooding,
     Path,
     Target,
     _Search,
@@ -27,7 +28,6 @@ from yarm.planning.roadmap.search import (
     path_cost,
     reachable,
     search,
-    wander,
 )
 
 SPEC = GridSpec((30, 24, 4), (0.0, 0.0, 0.0), (3.0, 2.4, 0.4))
@@ -113,8 +113,24 @@ def test_flood_and_wander_reach_the_same_cells() -> None:
         if way is not None:
             assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in zip(way, way[1:]))
         pose = (0, bit.bit_length() - 1) if image[column] else None
-        chosen = wander(view, (4, 4, 0), lambda _, pose=pose: pose)
+        chosen = Flooding(view, (4, 4, 0)).wander(lambda _, pose=pose: pose)
         assert (chosen is None) == (way is None)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_flooding_that_is_asked_again_says_what_a_new_one_says(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    view = view_of(arm(5), walls(SPEC, [(14, 16, 0, 20)]), (4, 12), (0.0, 45.0, -45.0, 90.0, -90.0))
+    start, kept = (4, 12, 0), Flooding(view, (4, 12, 0))
+    layout, found = view.space.layout, 0
+    for column in rng.integers((0, 0), (30, 24), (30, 2)).tolist():
+        bit, heading = 1 << layout.bit(*column), int(rng.integers(3))
+        way = kept.way(lambda h, bit=bit, heading=heading: bit if h == heading else 0)
+        assert way == flood(view, start, lambda h, bit=bit, heading=heading: bit if h == heading else 0), f"seed {seed}"
+        found += way is not None
+    assert 3 < found < 30
+    assert kept.reached() == reachable(view, start)
+    assert kept.size_bytes > 1000
 
 
 def test_a_goal_that_only_another_heading_fits_is_reached_with_few_expansions(monkeypatch: pytest.MonkeyPatch) -> None:
