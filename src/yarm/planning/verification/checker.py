@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Collection, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -44,6 +45,8 @@ HALF_TURN_RAD = math.radians(179.0)
 """From here on a turn may go either way round, so both are swept."""
 ROUNDED_M = 0.22
 """A base leaves a leg no earlier than this before a corner that it drives round, metres."""
+KEPT_MOTIONS = 256
+"""Motions that are remembered, of some ten kilobytes each."""
 Way = Sequence[Waypoint]
 """Waypoints in order, the last of them the end."""
 _CODE = np.int64(1) << 20
@@ -204,7 +207,22 @@ def _motion(
         pivot: where the end effector is, m.
         target: where it goes, m.
         angle: of the turn, rad.
+
+    Returns:
+        arrays that cannot be written to: the legs of a way that is looked at again and again are reckoned once.
     """
+    cells = tuple(None if part is None else part.astype(np.int64).tobytes() for part in (start, turned))
+    places = tuple(part.astype(float).tobytes() for part in (lower, size, pivot, target))
+    return _known_motion(cells, places, angle)
+
+
+@lru_cache(maxsize=KEPT_MOTIONS)
+def _known_motion(
+    cells: Tuple[Optional[bytes], ...], places: Tuple[bytes, ...], angle: float
+) -> Tuple[IntArray, IntArray]:
+    start, turned = (None if part is None else np.frombuffer(part, np.int64).reshape(-1, 3) for part in cells)
+    lower, size, pivot, target = (np.frombuffer(part) for part in places)
+    assert start is not None
     columns, heights = _columns(start)
     before = _Squares(lower + (columns + 0.5) * size - pivot, size)
     ways = [angle] if abs(angle) < HALF_TURN_RAD else [angle, angle - math.copysign(2.0 * math.pi, angle)]
@@ -218,7 +236,10 @@ def _motion(
         turning = [_common(forth, again) for forth, again in zip(turning, back)]
     end = after.at(lower, target, np.array([left]))
     parts += [*turning, _lifted(np.concatenate([after.slid(lower, pivot, target, left), end]), heights)]
-    return _distinct(np.concatenate(parts)), _lifted(end, heights)
+    found = _distinct(np.concatenate(parts)), _lifted(end, heights)
+    for array in found:
+        array.flags.writeable = False
+    return found
 
 
 def chessboard_clearance(occupied: BoolArray, sweeps: List[Sweep]) -> int:
