@@ -11,7 +11,7 @@ import numpy as np
 from python.planning.samples import SMALL, block, request, robot, walls
 from yarm.geometry import GridSpec
 from yarm.planning.model.types import Robot, Waypoint
-from yarm.planning.verification.checker import check_release, sweep_along, sweep_of
+from yarm.planning.verification.checker import _known_motion, check_release, sweep_along, sweep_of
 from yarm.robots.ankurbot import ankurbot_mask
 
 CORNER, END = Waypoint((12, 3), 0.0), Waypoint((12, 9), 0.0)
@@ -75,3 +75,18 @@ def test_a_turn_between_two_known_masks_is_what_both_of_them_may_sweep() -> None
         assert {tuple(c) for c in ankurbot_mask(cell, yaw).at((25, 25)).tolist()} <= cells(drawn)
     real = sweep_of(asked, replace(known, position_m=(0.08, 0.03)), end)
     assert len(real.real) != len(real.cells)
+
+
+def test_a_motion_that_is_remembered_is_that_which_is_reckoned_anew() -> None:
+    rng, around = np.random.default_rng(8), request(SMALL, walls(SMALL, []), [])
+    fleet = [robot("a", (8, 8), block(3, 1)), robot("a", (8, 8), block(1, 3)), robot("a", (9, 8), block(3, 1))]
+    places = [Waypoint((int(x), int(y)), yaw) for x, y in rng.integers(4, 12, (4, 2)) for yaw in (0.0, math.pi / 2)]
+    asked = [(one, place) for one in fleet for place in places]
+    remembered = [sweep_of(around, one, place) for one, place in asked * 2][len(asked) :]
+    for (one, place), before in zip(asked, remembered):
+        _known_motion.cache_clear()
+        anew = sweep_of(around, one, place)
+        for kind in ("start", "cells", "real", "end"):
+            assert np.array_equal(getattr(before, kind), getattr(anew, kind)), f"seed 8, {one.column} to {place}: {kind}"
+        assert not before.cells.flags.writeable
+    assert len({sweep.cells.tobytes() for sweep in remembered}) > len(asked) // 2
