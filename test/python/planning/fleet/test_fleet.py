@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from python.planning.fleet_samples import FLEETS, OPEN, SPEC, blocks, fleet_of, goals
 from python.planning.samples import walls
 from yarm.planning.fleet.fleet import Move, Progress, free_path
@@ -54,3 +56,16 @@ def test_progress_is_copied_not_shared() -> None:
     trial.go(0, ((1, 1, 0), (2, 1, 0), (2, 4, 1)))
     assert trial.poses == ((2, 4, 1), (9, 9, 0)) and len(trial.moves) == 2
     assert state.poses == ((1, 1, 0), (9, 9, 0)) and state.moves == []
+
+
+def test_what_was_searched_is_kept_until_it_takes_too_much_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = fleet_of(blocks((2, 12), (26, 12)), goals((26, 20), (2, 12)))
+    view = fleet.view(0, fleet.starts)
+    first = fleet.flooding(view, (2, 12, 0))
+    first.reached()
+    assert fleet.flooding(view, (3, 12, 0)) is not first
+    assert fleet.flooding(view, (2, 12, 0)) is first
+    monkeypatch.setattr("yarm.planning.fleet.fleet.FLOODINGS_BYTES", first.size_bytes - 1)
+    second = fleet.flooding(view, (4, 12, 0))
+    assert fleet.flooding(view, (4, 12, 0)) is second
+    assert fleet.flooding(view, (2, 12, 0)) is not first, "the oldest makes room"

@@ -87,6 +87,8 @@ def test_a_motion_that_is_remembered_is_that_which_is_reckoned_anew() -> None:
         _known_motion.cache_clear()
         anew = sweep_of(around, one, place)
         for kind in ("start", "cells", "real", "end"):
-            assert np.array_equal(getattr(before, kind), getattr(anew, kind)), f"seed 8, {one.column} to {place}: {kind}"
+            assert np.array_equal(getattr(before, kind), getattr(anew, kind)), (
+                f"seed 8, {one.column} to {place}: {kind}"
+            )
         assert not before.cells.flags.writeable
     assert len({sweep.cells.tobytes() for sweep in remembered}) > len(asked) // 2
